@@ -56,7 +56,15 @@ ALGORITHMS = {
 # These fill in scenarios, whose YAML and robots are read by Drake.
 READ_BY_DRAKE = {
     ("gait_design", name)
-    for name in ("designer", "plan_candidates", "quicken", "speed_curve", "tempo", "tempo_search")
+    for name in (
+        "designed",
+        "designer",
+        "plan_candidates",
+        "quicken",
+        "speed_curve",
+        "tempo",
+        "tempo_search",
+    )
 }
 # What the command line may import beside the public names of `import drake_quad as dq`.
 KNOWN_TO_COMMANDS = {"cli", "api", "errors", "util"}

@@ -22,9 +22,9 @@ from drake_quad.feasibility.flight import (
 from drake_quad.feasibility.nearest import nearest_stairs
 from drake_quad.gait_design.candidates import hip_length
 from drake_quad.gait_design.choose_gait import highest_rise
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import NearestLimit, PlanPace, measure_pace, nearest_limit
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.gait_design.quicken import find_quicker
 from drake_quad.gait_design.speed_curve import SpeedCurve, trace_curve
@@ -137,6 +137,8 @@ class Feasibility:
         """
         if self.designed is None or self.robot is None or self.balanced_by_motion:
             return None
+        if self.designed.certificate is not None:
+            return self.designed.certificate
         course = course_of(self.designed.scenario, foot_radius=self.robot.foot_radius)
         plans = self.designed.plan.plans
         return certify_plans(self.robot, shank_of(self.robot), plans, course.boxes)

@@ -12,7 +12,7 @@ from drake_quad.common import FloatArray
 from drake_quad.feasibility.check import margin_name
 from drake_quad.feasibility.check_report import treads_in_words
 from drake_quad.feasibility.robot_picture import FRONT, INK, REAR
-from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.tempo import static_margin
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import MotionPlan, PlanSamples, Segment, evaluate

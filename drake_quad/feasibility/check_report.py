@@ -9,8 +9,8 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.objective import NAMES, targets_for
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.gait_design.quicken import run_error
 from drake_quad.gait_design.tempo import static_margin, tread_way

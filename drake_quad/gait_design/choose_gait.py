@@ -1,6 +1,6 @@
 """Chooses among patterns of footholds, each with the best gait that a search found for it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,7 @@ SPEED_BONUS = 0.1  # of a tread more a cycle, on a score that is 1 where all sla
 LEVEL_PLACES = (0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2)  # strides on level ground, of a leg's length
 LEVEL_SCORE = 0.8  # with which the longest of them is taken
 LOOKED_AT = 3  # patterns that are searched: those with the best among the first members
+ALIKE = 2  # the same of patterns that go as far
 PLACES = (1, 2)  # a tread, in turn
 ENOUGH = 0.5  # score with one place a tread, for which treads of two places are not looked at
 LONGER_SCORE = 0.3  # with which a gait that goes farther in a cycle is planned for its speed
@@ -124,8 +125,11 @@ def choose_longer_gaits(
     way: SearchSettings = QUICK,
     *,
     as_long: bool = False,
-) -> list[Design]:
+    worth: Callable[[float], bool] = lambda _: True,
+) -> Iterator[Design]:
     """The best gaits that go farther in a cycle than a pattern does, the longest first.
+
+    Gaits that go as far are searched together, each time only when one of them is drawn.
 
     Args:
         robot: The robot.
@@ -134,20 +138,26 @@ def choose_longer_gaits(
         than: The pattern.
         way: How to search.
         as_long: Whether gaits of other patterns that go as far are among them, too.
+        worth: Whether gaits that go so many times as far as the pattern are of interest.
     """
-    runs = [stairs.run for stairs in flights]
-    found: list[Design] = []
-    for places in PLACES:
-        patterns = make_foothold_patterns(robot, runs, places)
-        longer = [
-            p
-            for p in patterns
-            if _pace(p) > _pace(than) or (as_long and _pace(p) == _pace(than) and p != than)
-        ]
-        wanted = wanted_with_tolerance(robot)
-        found += _search(robot, shape, longer, flights, way, wanted, hopeless=HOPELESS)
-    longest = sorted(found, key=lambda d: (_pace(d.gait.pattern), d.score), reverse=True)
-    return [design for design in longest if design.score >= LONGER_SCORE]
+    runs, wanted = [stairs.run for stairs in flights], wanted_with_tolerance(robot)
+    longer = [
+        p
+        for places in PLACES
+        for p in make_foothold_patterns(robot, runs, places)
+        if _pace(p) > _pace(than) or (as_long and _pace(p) == _pace(than) and p != than)
+    ]
+    for pace in sorted({_pace(p) for p in longer}, reverse=True):
+        if not worth((pace + 1.0) / (_pace(than) + 1.0)):
+            return
+        found: list[Design] = []
+        for places in PLACES:
+            alike = [p for p in longer if _pace(p) == pace and p.per_tread == places]
+            found += _search(
+                robot, shape, alike, flights, way, wanted, looked_at=ALIKE, hopeless=HOPELESS
+            )
+        found.sort(key=lambda d: d.score, reverse=True)
+        yield from (design for design in found if design.score >= LONGER_SCORE)
 
 
 def _pace(pattern: FootholdPattern) -> float:
@@ -163,6 +173,7 @@ def _search(
     way: SearchSettings,
     wanted: FloatArray,
     *,
+    looked_at: int = LOOKED_AT,
     enough: float = -np.inf,
     hopeless: float = np.inf,
 ) -> Iterator[Design]:
@@ -182,7 +193,7 @@ def _search(
     generator = np.random.default_rng(way.seed).spawn(1)[0]
     first = lower + latin_hypercube(way.members, len(lower), generator) * (upper - lower)
     lacks = [float(search(first.T).min()) for search in searches]
-    ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:LOOKED_AT]
+    ranked = sorted(zip(lacks, patterns, searches, strict=True), key=lambda row: row[0])[:looked_at]
     ranked.sort(key=lambda row: row[0] - SPEED_BONUS * _pace(row[1]))
     for _, pattern, search in ranked:
         best = make_candidates(

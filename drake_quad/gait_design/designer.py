@@ -7,7 +7,7 @@ m / sqrt(l), moments with m l.
 """
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from math import sqrt
@@ -23,16 +23,8 @@ from drake_quad.gait_design.choose_gait import (
     describe_shortage,
     highest_rise,
 )
-from drake_quad.gait_design.plan_candidates import (
-    POOR,
-    TOUCHES,
-    Designed,
-    Gait,
-    doubt_gait,
-    plan_any,
-    plan_design,
-    plan_gaits,
-)
+from drake_quad.gait_design.designed import POOR, Designed, plan_design
+from drake_quad.gait_design.plan_candidates import TOUCHES, Gait, doubt_gait, plan_any, plan_gaits
 from drake_quad.gait_design.search import QUICK, SEARCH_SETTINGS, SearchSettings, swing_clearance
 from drake_quad.gait_design.tempo_search import GaitChoice
 from drake_quad.planning.mission import HELD_BY_FRICTION
@@ -322,7 +314,12 @@ def _design_for(
 
 
 def design_longer(
-    designed: Designed, robot: RobotModel, *, as_long: bool = False, source: str = "scenario"
+    designed: Designed,
+    robot: RobotModel,
+    *,
+    as_long: bool = False,
+    worth: Callable[[float], bool] = lambda _: True,
+    source: str = "scenario",
 ) -> Iterator[GaitChoice]:
     """Gaits for a scenario's course that go farther in a cycle than the one found, or as far.
 
@@ -330,14 +327,17 @@ def design_longer(
         designed: The gait that was found, with its scenario.
         robot: The scenario's.
         as_long: Whether others that go as far are among them: they may be quicker with less margin.
+        worth: Whether gaits that go so many times as far in a cycle are of interest.
         source: What an error names.
     """
     scenario, pattern = designed.scenario, designed.design.gait.pattern
     course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     flights = flights_of(course, scenario.gait.deep_tread)
     shape = link_outline_of(robot)
-    found = choose_longer_gaits(robot, shape, flights, pattern, as_long=as_long) if flights else ()
-    for design in found:
+    if not flights:
+        return
+    longer = choose_longer_gaits(robot, shape, flights, pattern, as_long=as_long, worth=worth)
+    for design in longer:
         yield GaitChoice(fill_in(scenario, robot, design, [s.run for s in flights]), design)
 
 

@@ -124,9 +124,13 @@ def measure_pace(
         if plan.contacts.steps:
             mine = joint_peak(robot, task, plan)
             peak = mine if peak is None or mine.share > peak.share else peak
-            found = sample_zmp(robot, plan.contacts, plan.body, ZMP_EVERY).margin
-            zmp = min(zmp, float(found.min()))
+            zmp = min(zmp, zmp_margin(robot, plan))
     return PlanPace(tuple(flights), peak, zmp)
+
+
+def zmp_margin(robot: RobotModel, plan: MotionPlan) -> float:
+    """Least margin of the zero-moment point of a task's plan, every ZMP_EVERY [m]."""
+    return float(sample_zmp(robot, plan.contacts, plan.body, ZMP_EVERY).margin.min())
 
 
 def flight_paces(course: Course, task: Task, plan: MotionPlan) -> list[FlightPace]:

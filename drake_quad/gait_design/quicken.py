@@ -4,16 +4,17 @@ Gaits that go farther in a cycle are tried first, and a gait that could not be q
 found is not tried. A gait that is not proven for every time is not taken in place of one that is.
 """
 
-from collections.abc import Iterable
-from functools import cached_property
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cached_property, partial
 from itertools import chain
 
-from drake_quad.certificate.certify import certify_plans
+from drake_quad.certificate.certify import Certificate, certify_plans
 from drake_quad.certificate.kinematics import shank_of
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.designer import design_longer, design_scenario
 from drake_quad.gait_design.pace import measure_pace
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import (
     GaitPreference,
     required_margins,
@@ -65,7 +66,11 @@ def find_quicker(
         preference: What it is to be good at.
         source: What an error names.
     """
-    others = design_longer(designed, robot, as_long=preference.less_margin, source=source)
+    longer = partial(design_longer, designed, robot, as_long=preference.less_margin, source=source)
+
+    def others(worth: Callable[[float], bool]) -> Iterable[GaitChoice]:
+        return longer(worth=worth)
+
     return quicken(designed, robot, preference, others=others, source=source)
 
 
@@ -74,7 +79,7 @@ def quicken(
     robot: RobotModel,
     preference: GaitPreference,
     *,
-    others: Iterable[GaitChoice] = (),
+    others: Callable[[Callable[[float], bool]], Iterable[GaitChoice]] = lambda _: (),
     source: str = "scenario",
 ) -> Designed:
     """The designed gait, or another, with times as is preferred; the same if none are better.
@@ -83,8 +88,8 @@ def quicken(
         designed: A gait that was found for margin, with its plan.
         robot: The scenario's.
         preference: What it is to be good at.
-        others: Gaits for the same course that go farther in a cycle, or as far; none is drawn that
-            is not needed.
+        others: Makes gaits for the same course that go farther in a cycle, or as far; none is
+            drawn that is not needed. It is told which are of interest that go so many times as far.
         source: What an error names.
     """
     course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
@@ -104,10 +109,11 @@ def quicken(
     kept = [k for k in kept if own.spare(k.margin, k.zmp_margin) >= 0.0]
     slow = GaitChoice(designed.scenario, designed.design, planned=True)
     best, speed = designed, before.slowest.speed
-    proven = Proven(designed, robot, course)
+    proven, usual = Proven(designed, robot, course), fastest(designed.scenario, robot, course)
+    longer = others(lambda times: times * usual > WORTH * speed)
     # For a speed that is enough, the gait that was found for margin may do. Else a gait that goes
     # farther in a cycle is mostly the quicker one, and the other need not be tried then.
-    for gait in chain([slow], others) if preference.speed is not None else chain(others, [slow]):
+    for gait in chain([slow], longer) if preference.speed is not None else chain(longer, [slow]):
         if fastest(gait.scenario, robot, course) <= WORTH * speed:
             continue
         if preference.dynamic:
@@ -116,8 +122,13 @@ def quicken(
         search = TempoSearch(gait, designed, robot, own, source)
         for margins in kept:
             found = search.quickest(preference.speed, speed, margins)
-            if found is not None and (preference.dynamic or proven.as_good(found.designed)):
+            if found is None:
+                continue
+            if preference.dynamic:
                 best, speed = found.designed, found.speed
+            elif proven.as_good(found.designed):
+                certificate = proven.certificate(found.designed)
+                best, speed = replace(found.designed, certificate=certificate), found.speed
         if preference.speed is not None and speed >= ENOUGH * preference.speed:
             break
     return best
@@ -138,30 +149,37 @@ class Proven:
     def __init__(self, slow: Designed, robot: RobotModel, course: Course) -> None:
         """Takes that gait, its robot and its course."""
         self._slow, self._robot, self._course = slow, robot, course
+        self._proofs: dict[Designed, Certificate] = {}
 
     def as_good(self, found: Designed) -> bool:
         """Whether margin, limits and clearances of a plan are proven, where the slow one's are.
 
         Feet and shanks keep `run_error` from the stairs, or as much as in the slow plan.
         """
-        slow, quick = self._least, self._prove(found)
-        if slow is None or quick is None:
-            return slow is None
-        error = run_error(self._robot)
+        proof, error = self.certificate(found), run_error(self._robot)
+        if proof.failure is not None:
+            return self._slow_proof.failure is not None
+        quick = {name: proof.least[name] for name in CLEARANCES}
+        if all(have is None or have >= error for have in quick.values()):
+            return True  # the slow one is not asked: to prove it takes a second
+        if self._slow_proof.failure is not None:
+            return True
+        pairs = ((quick[name], self._slow_proof.least[name]) for name in CLEARANCES)
         return all(
-            have is None or before is None or have >= min(before, error)
-            for have, before in ((quick[name], slow[name]) for name in CLEARANCES)
+            have is None or before is None or have >= min(before, error) for have, before in pairs
         )
 
-    @cached_property
-    def _least(self) -> dict[str, float | None] | None:
-        return self._prove(self._slow)
+    def certificate(self, designed: Designed) -> Certificate:
+        """What is proven of a gait's plan, kept with it."""
+        if designed not in self._proofs:
+            robot, plans = self._robot, designed.plan.plans
+            proof = certify_plans(robot, shank_of(robot), plans, self._course.boxes)
+            self._proofs[designed] = proof
+        return self._proofs[designed]
 
-    def _prove(self, designed: Designed) -> dict[str, float | None] | None:
-        """The least figures that are proven of a plan; None if it is not certified."""
-        robot, plans = self._robot, designed.plan.plans
-        proof = certify_plans(robot, shank_of(robot), plans, self._course.boxes)
-        return proof.least if proof.failure is None else None
+    @cached_property
+    def _slow_proof(self) -> Certificate:
+        return self.certificate(self._slow)
 
 
 def fastest(scenario: Scenario, robot: RobotModel, course: Course) -> float:

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from drake_quad.gait_design.candidates import flights_of
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.pace import PlanPace, measure_pace
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import GaitPreference, RequiredMargins
 from drake_quad.gait_design.quicken import Proven
 from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch

@@ -4,17 +4,19 @@ A cycle is four swings and four stretches on four feet. At two of these, the swi
 lifts next is diagonal to the one that landed, and the body has to go from one side to the other:
 they are what margin costs time for. The joints' speeds say how short a swing can be: swings are
 short, those over risers as much longer as joints ask for, and the two other stretches are short.
-What some times keep is tried by a whole plan, on the course or on one like it with fewer steps.
+What some times keep is tried by the real planner, on the course itself.
 """
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, inf, sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.gait_design.choose_gait import Design
+from drake_quad.gait_design.designed import Designed, Walks, plan_design
 from drake_quad.gait_design.foot_speeds import (
     ANY_SPEED,
     NO_SPEEDS,
@@ -23,7 +25,6 @@ from drake_quad.gait_design.foot_speeds import (
     suited_speeds,
 )
 from drake_quad.gait_design.pace import PlanPace, measure_pace
-from drake_quad.gait_design.plan_candidates import Designed, plan_design
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.motion_plan import MotionPlan, evaluate
 from drake_quad.planning.zmp import sample_zmp, zmp_margins
@@ -40,8 +41,12 @@ MOVING_SWITCH = 0.25  # [s] the same where a gait is balanced by its motion
 GUARD = 0.15  # [s] before a lift-off and after a touchdown
 SOUGHT = 2.5  # times the margin that a slow gait's path is asked for: quick ones have to seek more
 ZMP_EVERY = 0.005  # [s] between the samples of a zero-moment point
+MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
+CLEARANCE_KEPT, TORQUE_KEPT = (
+    0.6,
+    0.8,
+)  # of what the slow plan leaves, where that is less than wanted
 JUST = 1e-6  # [s] after a lift-off, and before a touchdown
-FEWEST = 3  # steps of a flight that show what longer ones do, or as many as a cycle's feet are on
 
 
 @dataclass(frozen=True)
@@ -135,25 +140,6 @@ def usual_tempo(
     )
 
 
-def fewer_steps(scenario: Scenario) -> Scenario:
-    """The scenario with its long flights cut short, to as many steps as show what the others do.
-
-    It is the same one if no flight is long, or if its mission says how far to walk.
-
-    Args:
-        scenario: With its gait. It stays as it is.
-    """
-    gait = scenario.gait
-    most = max(ceil((gait.treads + gait.lag) / gait.places_per_tread), FEWEST) + 1
-    if scenario.mission or not any((e.count or 0) > most for e in scenario.course):
-        return scenario
-    fewer = copy.deepcopy(scenario)
-    for element in fewer.course:
-        if element.count is not None and element.rises is None and element.runs is None:
-            element.count = min(element.count, most)
-    return fewer
-
-
 @dataclass(frozen=True, eq=False)
 class TempoTrial:
     """A plan with some times.
@@ -163,12 +149,14 @@ class TempoTrial:
         designed: The gait with its plan.
         pace: How fast it is, and what it asks of the joints.
         suits: The speeds of feet with which swings would ask for PEAK of the joints' speeds.
+        walks: The tasks that were planned; all if None.
     """
 
     tempo: Tempo
     designed: Designed
     pace: PlanPace
     suits: FootSpeeds
+    walks: Walks | None = None
 
     @property
     def speed(self) -> float:
@@ -184,6 +172,8 @@ def try_tempo(
     *,
     most: float = inf,
     source: str = "scenario",
+    walks: Walks | None = None,
+    enough: Callable[[MotionPlan], bool] = lambda _: True,
 ) -> TempoTrial:
     """Plans a scenario with such times.
 
@@ -194,6 +184,8 @@ def try_tempo(
         tempo: The times.
         most: The body's path seeks no more margin than that [m].
         source: What an error names.
+        walks: The tasks that are planned, in this order; all if None.
+        enough: Whether a task's plan leaves enough; after one that does not, no other is planned.
 
     Raises:
         PlanningError: If there is no plan.
@@ -202,7 +194,7 @@ def try_tempo(
     course = course_of(quick, source=source, foot_radius=robot.foot_radius)
     found = plan_design(
         quick, design=design, robot=robot, shape=link_outline_of(robot), course=course,
-        source=source, beat=None,
+        source=source, beat=None, walks=walks, enough=enough,
     )  # fmt: skip
     assert found is not None  # there is nothing that it would have to beat
     seen = least_zmp_margin if found.plan.dynamic else least_margin
@@ -211,7 +203,25 @@ def try_tempo(
     tasks = mission_of(quick, course, source=source)
     pace = measure_pace(robot, course, tasks, found.plan)
     suits = [suited_speeds(robot, plan, tempo.swing) for plan in found.plan.plans]
-    return TempoTrial(tempo, found, pace, slowest(suits))
+    return TempoTrial(tempo, found, pace, slowest(suits), walks)
+
+
+def is_calm(trial: TempoTrial) -> bool:
+    """Whether no joint is asked for too much of its speed."""
+    return trial.pace.peak is None or trial.pace.peak.share <= MOST_PEAK
+
+
+def keeps_all_else(trial: TempoTrial, slow: Designed) -> bool:
+    """Whether a quick plan keeps enough of all but margin that the slow one left.
+
+    Args:
+        trial: The quick plan.
+        slow: The gait that was found for margin.
+    """
+    wanted, found = slow.design.wanted, trial.designed
+    clearance = CLEARANCE_KEPT * min(slow.clearance.weighted, wanted["legs"])
+    torque = TORQUE_KEPT * min(slow.torque, wanted["torque"])
+    return found.clearance.weighted >= clearance and found.torque >= torque and is_calm(trial)
 
 
 def least_margin(robot: RobotModel, plan: MotionPlan) -> float:

@@ -7,15 +7,15 @@ other: legs that swing quickly push the body about, so that heavy legs gain by l
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.choose_gait import Design
+from drake_quad.gait_design.designed import Designed, Walks
 from drake_quad.gait_design.foot_speeds import ANY_SPEED, PEAK, FootSpeeds, slowest
-from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.pace import zmp_margin
 from drake_quad.gait_design.preference import (
     KEPT,
     RequiredMargins,
@@ -24,30 +24,30 @@ from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     Tempo,
     TempoTrial,
-    fewer_steps,
+    is_calm,
+    keeps_all_else,
+    least_margin,
+    least_zmp_margin,
     tread_way,
     try_tempo,
     usual_tempo,
 )
+from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
 
-MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
-CLEARANCE_KEPT, TORQUE_KEPT = (
-    0.6,
-    0.8,
-)  # of what the slow plan leaves, where that is less than wanted
 STRETCH, OTHER = 1.25, 1.0  # ratios of the shortest swing: the first, and then another
 CALM = 1.75  # the first where that finds nothing: heavy legs throw the body about
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
 FIRST_SHARES = (0.35, 0.7)  # of the way to times that are no quicker: tried if the usual fail
 SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
-CLOSE = 0.03  # of the margin that is to be kept: so near is near enough
+CLOSE = 0.05  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 SAME_SPEED = 0.02  # shares of a foot's speed that make no difference
 PLANS = 4  # with other speeds of the feet, at most
 FASTER = (1.0, 0.5)  # shares of the way to feet as fast as their own joints allow
+CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
 TRIES = 6  # plans of the whole course, where it leaves less than a short one
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -68,7 +68,28 @@ class GaitChoice:
     planned: bool = False
 
 
-Known = dict[float, dict[float, TempoTrial | None]]  # by ratio of swings and time at the switches
+@dataclass(eq=False)
+class Trials:
+    """The trials with one ratio of swings, at one height of the body, whose paths seek one margin.
+
+    Attributes:
+        known: The trials, by time at the switches [s].
+        first: The first one that there is a plan of, which is of the whole mission.
+        critical: The tasks that later ones are of, by their places in the mission; those first
+            that had the least margin.
+    """
+
+    known: dict[float, TempoTrial | None] = field(default_factory=dict)
+    first: TempoTrial | None = None
+    critical: tuple[int, ...] = ()
+
+    @property
+    def walks(self) -> Walks | None:
+        """The tasks that are planned for the next trial, and how they begin; None if all are."""
+        if self.first is None or not self.critical:
+            return None
+        plans = self.first.designed.plan.plans
+        return tuple((k, plans[k - 1].end) for k in self.critical)
 
 
 class TempoSearch:
@@ -100,10 +121,11 @@ class TempoSearch:
         self._speeds = FootSpeeds.all_at(ANY_SPEED)
         self._limited = self._grouped = False  # whether they hold swings back, and each its own
         self._refused = False  # whether the gait's footprints have been refused
-        self._whole, self._fewer = gait.scenario, fewer_steps(gait.scenario)
+        self._scenario = gait.scenario
         self._stretch = STRETCH
-        self._rooms_known: dict[tuple[float, float], Known] = {}
-        self._known: Known = {}
+        self._rooms_known: dict[tuple[float, float], dict[float, Trials]] = {}
+        self._trials: dict[float, Trials] = {}  # by ratio of swings
+        self._parts = True  # whether later trials are of the critical tasks alone
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
@@ -116,6 +138,8 @@ class TempoSearch:
             kept: The margins that are to be kept, from now on; as before if None.
         """
         self._kept = self._kept if kept is None else kept
+        # A speed that is asked for has to be met by all of them.
+        self._parts = self._parts and enough is None
         for stretch in (STRETCH, CALM):
             self._stretch = stretch
             found = self._quickest_so(enough, faster_than)
@@ -159,20 +183,18 @@ class TempoSearch:
             faster_than: A speed that is of no interest, or any lower one [m/s].
             first: The time at the switches to begin with [s].
         """
-        kept, at = self._kept, None if enough is None else self._at_speed(enough)
+        at = None if enough is None else self._at_speed(enough)
         for _ in range(TRIES):
-            found = at or self._seek(kept, first, faster_than)
-            if found is None or self._fewer is self._whole:
+            found = at or self._seek(first, faster_than)
+            at = None
+            if found is None or found.walks is None:
                 return found
-            # The same times on the course itself, whose flights are longer.
-            whole: TempoTrial | None = None
-            with suppress(PlanningError):
-                whole = self._plan(self._whole, found.tempo)
-            spare = self._spare(whole, self._kept)
-            if whole is not None and spare >= 0.0:
+            # The same times with all that was left out.
+            self._speeds = found.tempo.speeds
+            whole = self._calm_plan(found.tempo)
+            if whole is not None and self._spare(whole, self._kept) >= 0.0:
                 return whole if whole.speed > faster_than else None
-            kept, at = kept.more(max(-1.2 * spare, 0.1 * kept.margin) if spare > -inf else
-                                 0.1 * kept.margin), None  # fmt: skip
+            self._learn(found, whole)
         return None
 
     def spread(
@@ -196,7 +218,7 @@ class TempoSearch:
             note(f"planning with {tempo.swing:.2f} s a swing, {tempo.switch:.2f} s at the switches")
             for most in (inf, room):
                 self._most = most
-                found = self._calm_plan(self._whole, tempo)
+                found = self._calm_plan(tempo)
                 if found is not None and self._spare(found, self._kept) >= 0.0:
                     yield found
                     break
@@ -208,16 +230,46 @@ class TempoSearch:
         are no more trials once a gait without a plan sets feet down too near each other: where its
         footprints are does not depend on times, and hardly on the body's height.
         """
-        known = self._known.setdefault(stretch, {})
         if self._refused:
             return None
-        if switch not in known:
-            known[switch] = self._calm_plan(
-                self._fewer, replace(self._usual(stretch), switch=switch)
-            )
-        return known[switch]
+        trials = self._trials.setdefault(stretch, Trials())
+        if switch not in trials.known:
+            tempo = replace(self._usual(stretch), switch=switch)
+            found = self._calm_plan(tempo, trials.walks)
+            trials.known[switch] = found
+            if found is not None and trials.first is None:
+                trials.first = found
+                trials.critical = self._critical(found) if self._parts else ()
+        return trials.known[switch]
 
-    def _calm_plan(self, scenario: Scenario, tempo: Tempo) -> TempoTrial | None:
+    def _critical(self, trial: TempoTrial) -> tuple[int, ...]:
+        """The tasks of a whole plan with the least margin, or nearly so, by places in it."""
+        plans = (plan for plan in trial.designed.plan.plans if plan.contacts.steps)
+        left = sorted((self._left(plan), plan.index) for plan in plans)
+        near = CRITICAL * self._kept.margin
+        return tuple(k for spare, k in left if spare <= left[0][0] + near)
+
+    def _left(self, plan: MotionPlan) -> float:
+        """The margin that a task's plan leaves beyond what is to be kept [m]."""
+        seen = least_zmp_margin if self._moving else least_margin
+        margin = min(plan.margin, seen(self._robot, plan))
+        return self._kept.spare(margin, zmp_margin(self._robot, plan))
+
+    def _learn(self, trial: TempoTrial, whole: TempoTrial | None) -> None:
+        """Has later trials be of all tasks in which the whole plan left too little, too.
+
+        Args:
+            trial: The trial that left enough.
+            whole: The plan of the whole mission with its times, which did not.
+        """
+        trials = next(t for t in self._trials.values() if trial in t.known.values())
+        short = () if whole is None else self._critical(whole)
+        more = tuple(k for k in short if k not in trials.critical)
+        trials.critical = (*more, *trials.critical) if more else ()
+        trials.known = {t: k for t, k in trials.known.items() if k is None or k.walks is None}
+        trials.known[trial.tempo.switch] = whole
+
+    def _calm_plan(self, tempo: Tempo, walks: Walks | None = None) -> TempoTrial | None:
         """A plan with some times, and feet as fast as their joints can follow.
 
         Where one joint cannot, all feet are made slower at first. Then each group is made as fast
@@ -228,7 +280,7 @@ class TempoSearch:
         for _ in range(PLANS):
             now = self._speeds
             try:
-                found = self._plan(scenario, replace(tempo, speeds=now))
+                found = self._plan(replace(tempo, speeds=now), walks)
             except PlanningError as error:
                 self._refused = "footprints_apart" in error.data and not self._gait.planned
                 too_fast = error.data.get("too_fast")
@@ -240,25 +292,25 @@ class TempoSearch:
                 if is_calm(found):
                     if self._limited and not self._grouped:
                         self._grouped = True
-                        return self._group(scenario, found)
+                        return self._group(found, walks)
                     break
                 self._speeds, self._limited = slowest([now, found.suits]), True
             if self._speeds.like(now, SAME_SPEED):
                 break
         return found
 
-    def _group(self, scenario: Scenario, slowed: TempoTrial) -> TempoTrial:
+    def _group(self, slowed: TempoTrial, walks: Walks | None) -> TempoTrial:
         """A plan whose feet are faster where they can be, if it leaves enough; the speeds stay.
 
         Args:
-            scenario: The scenario.
             slowed: The plan with all feet as slow as one joint asks.
+            walks: The tasks that are planned; all if None.
         """
         best, most = slowed, self._spare(slowed, self._kept)
         for share in FASTER:
             speeds = slowed.tempo.speeds.towards(slowed.suits.at_most(ANY_SPEED), share)
             try:
-                found = self._plan(scenario, replace(slowed.tempo, speeds=speeds))
+                found = self._plan(replace(slowed.tempo, speeds=speeds), walks)
             except PlanningError:
                 continue
             spare = self._spare(found, self._kept)
@@ -269,10 +321,12 @@ class TempoSearch:
         self._speeds = best.tempo.speeds
         return best
 
-    def _plan(self, scenario: Scenario, tempo: Tempo) -> TempoTrial:
+    def _plan(self, tempo: Tempo, walks: Walks | None) -> TempoTrial:
         return try_tempo(
-            scenario, self._gait.design, self._robot, tempo, most=self._most, source=self._source
-        )
+            self._scenario, self._gait.design, self._robot, tempo, most=self._most,
+            source=self._source, walks=walks,
+            enough=lambda plan: walks is None or self._left(plan) >= 0.0,
+        )  # fmt: skip
 
     def _usual(self, stretch: float) -> Tempo:
         return usual_tempo(self._gait.scenario.gait, self._robot, stretch, moving=self._moving)
@@ -294,12 +348,11 @@ class TempoSearch:
         """
         height, leg = self._gait.scenario.gait.body_height, leg_length(self._robot)
         for share in LOWERED[: 1 if self._gait.planned else None]:
-            self._whole = copy.deepcopy(self._gait.scenario)
-            self._whole.gait.body_height = float(f"{height - share * leg:.4g}")
-            self._fewer = fewer_steps(self._whole)
+            self._scenario = copy.deepcopy(self._gait.scenario)
+            self._scenario.gait.body_height = float(f"{height - share * leg:.4g}")
             for most in SOUGHT_MOST:
                 self._most = most * max(self._kept.margin, KEPT * self._slow.margin)
-                self._known = self._rooms_known.setdefault((share, self._most), {})
+                self._trials = self._rooms_known.setdefault((share, self._most), {})
                 found = self.trial(self._stretch, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
@@ -321,11 +374,10 @@ class TempoSearch:
         enough = found is not None and found.speed >= ENOUGH * speed
         return found if enough and self._spare(found, self._kept) >= 0.0 else None
 
-    def _seek(self, kept: RequiredMargins, first: float, faster_than: float) -> TempoTrial | None:
+    def _seek(self, first: float, faster_than: float) -> TempoTrial | None:
         """The quickest trial that keeps margins; None if none that is quicker does.
 
         Args:
-            kept: The margins.
             first: The time at the switches to begin with [s].
             faster_than: A speed that is of no interest, or any lower one [m/s].
         """
@@ -336,34 +388,16 @@ class TempoSearch:
             least = self._usual(stretch).gap
             if most <= least or (best is None and stretch == OTHER):
                 continue
-            seen = self._known.setdefault(stretch, {})
+            trials = self._trials.setdefault(stretch, Trials())
             switch = seek_switch(
-                lambda t, by=stretch: self._spare(self.trial(by, t), kept),  # type: ignore[misc]
+                lambda t, by=stretch: self._spare(self.trial(by, t), self._kept),  # type: ignore[misc]
                 first if best is None else 0.95 * most,
                 least,
-                near=(CLOSE_MOVING if self._moving else CLOSE) * kept.margin,
+                near=(CLOSE_MOVING if self._moving else CLOSE) * self._kept.margin,
                 most=most,
-                known={t: self._spare(trial, kept) for t, trial in seen.items()},
+                known={t: self._spare(trial, self._kept) for t, trial in trials.known.items()},
             )
-            found = seen.get(switch)
+            found = trials.known.get(switch)
             if found is not None and found.speed > faster_than:
                 best, faster_than = found, found.speed
         return best
-
-
-def is_calm(trial: TempoTrial) -> bool:
-    """Whether no joint is asked for too much of its speed."""
-    return trial.pace.peak is None or trial.pace.peak.share <= MOST_PEAK
-
-
-def keeps_all_else(trial: TempoTrial, slow: Designed) -> bool:
-    """Whether a quick plan keeps enough of all but margin that the slow one left.
-
-    Args:
-        trial: The quick plan.
-        slow: The gait that was found for margin.
-    """
-    wanted, found = slow.design.wanted, trial.designed
-    clearance = CLEARANCE_KEPT * min(slow.clearance.weighted, wanted["legs"])
-    torque = TORQUE_KEPT * min(slow.torque, wanted["torque"])
-    return found.clearance.weighted >= clearance and found.torque >= torque and is_calm(trial)

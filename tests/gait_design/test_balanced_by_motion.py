@@ -14,7 +14,7 @@ from drake_quad.feasibility import check_report
 from drake_quad.feasibility.check import Feasibility, check_flight, check_preference
 from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.check_report import feasibility_report
-from drake_quad.gait_design.plan_candidates import Designed
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.preference import (
     KEPT,
     GaitPreference,

@@ -10,9 +10,9 @@ from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.candidates import Staircase
 from drake_quad.gait_design.choose_gait import Design, choose_gaits
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.objective import LEANING, targets_for
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.elements import Stairs
 

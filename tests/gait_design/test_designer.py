@@ -11,8 +11,12 @@ from rig import paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.feasibility.check import check_flight
-from drake_quad.gait_design import designer, plan_candidates as designer_lower
-from drake_quad.gait_design.plan_candidates import Designed, plan_design
+from drake_quad.gait_design import (
+    designed as designed_module,
+    designer,
+    plan_candidates as designer_lower,
+)
+from drake_quad.gait_design.designed import Designed, plan_design
 from drake_quad.planning.clearance import check_self_collision
 from drake_quad.planning.mission import (
     check_plan,
@@ -84,7 +88,7 @@ def test_a_design_is_refused_on_slopes_that_friction_does_not_hold(
         assert friction == designed().scenario.controller.friction
         raise PlanningError("a slope")
 
-    monkeypatch.setattr(designer_lower, "check_slopes", refuse)
+    monkeypatch.setattr(designed_module, "check_slopes", refuse)
     with pytest.raises(PlanningError, match="a slope"):
         tried_against(None)
 

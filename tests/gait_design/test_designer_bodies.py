@@ -11,17 +11,9 @@ from drake_quad.errors import PlanningError
 from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import designer
 from drake_quad.gait_design.choose_gait import Design
+from drake_quad.gait_design.designed import FAIR_MARGIN, POOR, Designed
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.gait_design.plan_candidates import (
-    ANY_LOWER,
-    FAIR_MARGIN,
-    LOWER,
-    POOR,
-    Designed,
-    Gait,
-    plan_any,
-    plan_gaits,
-)
+from drake_quad.gait_design.plan_candidates import ANY_LOWER, LOWER, Gait, plan_any, plan_gaits
 from drake_quad.gait_design.search import AGAIN, QUICK, THOROUGH, SearchSettings
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario

@@ -9,11 +9,11 @@ from rig import course_of as course_of_elements, paper_robot
 from drake_quad.errors import PlanningError
 from drake_quad.feasibility.flight import make_stairs_scenario
 from drake_quad.gait_design import doubts, plan_candidates
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.doubts import find_doubt
 from drake_quad.gait_design.plan_candidates import (
     LOWER,
     SURE,
-    Designed,
     Gait,
     doubt_gait,
     plan_any,

@@ -11,6 +11,7 @@ from rig import paper_robot
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait.swing import Swing
 from drake_quad.gait_design import tempo_search
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.foot_speeds import (
     ANY_SPEED,
     NO_SPEEDS,
@@ -20,10 +21,9 @@ from drake_quad.gait_design.foot_speeds import (
     suited_speeds,
 )
 from drake_quad.gait_design.pace import JointPeak, PlanPace, joint_speeds
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import RequiredMargins
-from drake_quad.gait_design.tempo import Tempo, TempoTrial
-from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch, is_calm
+from drake_quad.gait_design.tempo import Tempo, TempoTrial, is_calm
+from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch
 from drake_quad.planning.mission import initial_stance, plan_tasks
 from drake_quad.planning.step_builder import goes, peak_speed
 from drake_quad.robot.legs import LEGS

@@ -3,6 +3,7 @@
 import copy
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,15 +11,16 @@ from design_rig import COUNT, RUN, designed, found
 from hypothesis import given, settings, strategies as st
 from rig import URL, paper_robot
 
+from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.gait_design import quicken as quicken_module, tempo_search
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.choose_gait import choose_longer_gaits
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS, PEAK
 from drake_quad.gait_design.pace import measure_pace
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.gait_design.preference import (
     BALANCE,
     KEPT,
@@ -34,17 +36,17 @@ from drake_quad.gait_design.quicken import (
     quicken,
     run_error,
 )
+from drake_quad.gait_design.search import Search
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
+    MOST_PEAK,
     Tempo,
     TempoTrial,
-    fewer_steps,
     try_tempo,
     usual_tempo,
 )
 from drake_quad.gait_design.tempo_search import (
     CALM,
-    MOST_PEAK,
     PLANS,
     STRETCH,
     GaitChoice,
@@ -57,7 +59,7 @@ from drake_quad.planning.step_builder import peak_speed
 from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of, mission_of, plan_settings
-from drake_quad.scenario.config import MissionElement, Scenario
+from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.scenario.motion_config import PREFER
 from drake_quad.stability.safety import safe_margin
@@ -165,16 +167,21 @@ def test_no_quick_gait_costs_a_proof_or_touches_the_stairs(
     """Its clearances are as much as a run may be off its plan, or as those of the slow gait."""
     before = designed()
     found = replace(before)
+    proved: list[Designed] = []
 
-    def prove(_: Proven, of: Designed) -> dict[str, float | None] | None:
+    def prove(_: Proven, of: Designed) -> object:
+        proved.append(of)
         least = slow if of is before else quick
-        return None if least is None else {"shank_clearance": 0.03, **least}
+        figures = {"shank_clearance": 0.03, **(least or {})}
+        return SimpleNamespace(failure=None if least else "no", least=figures)
 
-    monkeypatch.setattr(Proven, "_prove", prove)
+    monkeypatch.setattr(Proven, "certificate", prove)
     robot = paper_robot()
     course = course_of(before.scenario, foot_radius=robot.foot_radius)
     assert 0.001 < run_error(robot) < 0.010
     assert Proven(before, robot, course).as_good(found) == taken
+    clear = quick is not None and (quick["foot_clearance"] or 1.0) >= run_error(robot)
+    assert (before in proved) == (not clear)  # it takes a second, where nobody asks
 
 
 def test_a_quick_gait_that_is_not_proven_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -186,8 +193,10 @@ def test_a_quick_gait_that_is_not_proven_is_left(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(TempoSearch, "quickest", lambda *_: trial)
     for good, answer in ((True, quick), (False, slow)):
         monkeypatch.setattr(Proven, "as_good", lambda *_, good=good: good)
-        assert quicken(slow, paper_robot(), GaitPreference("balanced")) is answer
-    assert Proven(slow, paper_robot(), course)._prove(slow) is not None  # the real one is certified
+        found = quicken(slow, paper_robot(), GaitPreference("balanced"))
+        assert found.margin == answer.margin and found.scenario is answer.scenario
+        assert (found.certificate is not None) == good  # so that nobody makes it again
+    assert Proven(slow, paper_robot(), course).certificate(slow).failure is None
 
 
 def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
@@ -339,7 +348,7 @@ def test_gaits_that_go_farther_in_a_cycle_do() -> None:
     robot, slow = paper_robot(), designed()
     flights = flights_of(course_of(slow.scenario, foot_radius=robot.foot_radius))
     short = FootholdPattern(1, 1, 2)
-    found = choose_longer_gaits(robot, link_outline_of(robot), flights, short)
+    found = list(choose_longer_gaits(robot, link_outline_of(robot), flights, short))
     ways = [d.gait.pattern.treads / d.gait.pattern.per_tread for d in found]
     assert ways and min(ways) > 0.5 and ways == sorted(ways, reverse=True)
     assert all(d.score > 0.0 for d in found)
@@ -353,6 +362,30 @@ def test_gaits_that_go_farther_in_a_cycle_do() -> None:
     ]
     assert more and longest not in more
     assert all(d.gait.pattern.treads / d.gait.pattern.per_tread > mine for d in plain)
+
+
+def test_gaits_that_are_of_no_interest_are_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each search is made when it is needed, from the gaits that go farthest on."""
+    robot, slow = paper_robot(), designed()
+    flights = flights_of(course_of(slow.scenario, foot_radius=robot.foot_radius))
+    short, outline = FootholdPattern(1, 1, 2), link_outline_of(robot)
+    whole = [d.gait.pattern for d in choose_longer_gaits(robot, outline, flights, short)]
+    times = [p.treads / p.per_tread / 0.5 for p in whole]
+    assert len(set(times)) > 1
+    searched: list[float] = []
+    least = Search.least
+
+    def spy(self: Search, *given: Any, **more: Any) -> FloatArray:
+        searched.append(self._pattern.treads / self._pattern.per_tread / 0.5)
+        return least(self, *given, **more)
+
+    monkeypatch.setattr(Search, "least", spy)
+    asked = choose_longer_gaits(robot, outline, flights, short, worth=lambda t: t > times[-1])
+    first = next(asked).gait.pattern
+    assert first == whole[0] and set(searched) == {times[0]}
+    rest = [d.gait.pattern for d in asked]
+    assert [first, *rest] == [p for p, t in zip(whole, times, strict=True) if t > times[-1]]
+    assert times[-1] not in searched
 
 
 def test_only_wishes_for_less_margin_look_at_gaits_that_go_as_far() -> None:
@@ -375,25 +408,13 @@ def test_a_gait_that_goes_farther_is_taken_for_its_speed() -> None:
     course = course_of(slow.scenario, foot_radius=robot.foot_radius)
     own = GaitChoice(slow.scenario, slow.design)
     assert gait.treads / gait.places_per_tread > 0.5
-    quick = quicken(replace(slow, scenario=half), robot, GaitPreference("balanced"), others=[own])
+    quick = quicken(
+        replace(slow, scenario=half), robot, GaitPreference("balanced"), others=lambda _: [own]
+    )
     assert quick.scenario.gait.treads == gait.treads
     tasks = mission_of(quick.scenario, course)
     pace = measure_pace(robot, course, tasks, quick.plan)
     assert pace.slowest is not None and pace.slowest.speed > fastest(half, robot, course)
-
-
-def test_long_flights_are_cut_short_for_trials() -> None:
-    """Flights of the same steps have fewer; a course of short ones, or with a mission, stays."""
-    slow = designed().scenario
-    long = copy.deepcopy(slow)
-    for element in long.course:
-        element.count = element.count and 30
-    counts = [e.count for e in fewer_steps(long).course if e.count]
-    assert len(counts) == 2 and max(counts) < 10
-    assert [e.rise for e in fewer_steps(long).course] == [e.rise for e in slow.course]
-    assert fewer_steps(slow) is slow
-    long.mission = [MissionElement()]
-    assert fewer_steps(long) is long
 
 
 def test_feet_are_made_slower_where_a_joint_would_turn_too_fast(
@@ -533,7 +554,7 @@ def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
         sought.append((round(first, 3), begun[-1]))
         return "found" if begun[-1] == -0.01 else None
 
-    search._kept = RequiredMargins(0.02, 0.02)
+    search._kept, search._parts = RequiredMargins(0.02, 0.02), True
     monkeypatch.setattr(search, "_usual", lambda _: Tempo(0.5, 0.1, 0.5), raising=False)
     monkeypatch.setattr(search, "_longest_switch", lambda *_: 1.5, raising=False)
     monkeypatch.setattr(search, "_rooms", rooms, raising=False)
@@ -541,31 +562,3 @@ def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
     monkeypatch.setattr(search, "_quickest_here", quickest_here, raising=False)
     assert search.quickest(None, 0.05) == "found"  # type: ignore[comparison-overlap]
     assert begun == [-0.02, -0.03, -0.01] and sought == [(0.85, -0.02), (0.85, -0.01)]
-
-
-def test_more_is_asked_of_a_short_course_until_the_whole_one_keeps_enough(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A course that shows two fifths of what is gained on the short one is answered.
-
-    A Go2's whole flight of 0.06 m steps missed its margin by 0.5 mm in the third try, and the
-    answer was the slow gait, where steps of 0.07 m had a gait almost three times as fast.
-    """
-    search = object.__new__(TempoSearch)
-    search._kept, search._fewer, search._whole = RequiredMargins(0.02, 0.02), Scenario(), Scenario()
-    seeks: list[float] = []
-
-    def seek(kept: RequiredMargins, _first: float, _faster: float) -> object:
-        seeks.append(kept.margin)
-        return SimpleNamespace(tempo=kept.margin)
-
-    def plan(_scenario: object, margin: float) -> object:
-        return SimpleNamespace(margin=0.012 + 0.4 * (margin - 0.02), speed=0.1)
-
-    monkeypatch.setattr(search, "_seek", seek, raising=False)
-    monkeypatch.setattr(search, "_plan", plan, raising=False)
-    monkeypatch.setattr(search, "_spare", lambda t, kept: t.margin - kept.margin, raising=False)
-    found = search._quickest_here(None, 0.05, 0.5)
-    assert found is not None and found.margin >= 0.02  # type: ignore[attr-defined]
-    assert seeks == sorted(seeks) and len(seeks) == 5
-    assert search._quickest_here(None, 0.2, 0.5) is None  # no quicker than what there is

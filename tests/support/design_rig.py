@@ -10,10 +10,10 @@ from drake_quad.common import FloatArray
 from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.feasibility.flight import AS_USUAL, make_stairs_scenario
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.gait_design.kernels import slacks
 from drake_quad.gait_design.objective import NAMES, robot_tables, wanted_with_tolerance
-from drake_quad.gait_design.plan_candidates import Designed
 from drake_quad.robot.model import LinkOutline, link_outline_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.equilibrium_region import HULL

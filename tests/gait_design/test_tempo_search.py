@@ -1,0 +1,85 @@
+"""Trials of a gait's times are of the walks that have the least margin; the answer is of all."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from design_rig import designed
+from rig import paper_robot
+
+from drake_quad.gait_design import tempo_search
+from drake_quad.gait_design.designed import Walks
+from drake_quad.gait_design.foot_speeds import NO_SPEEDS
+from drake_quad.gait_design.pace import PlanPace
+from drake_quad.gait_design.preference import RequiredMargins
+from drake_quad.gait_design.tempo import TempoTrial, least_margin, try_tempo, usual_tempo
+from drake_quad.gait_design.tempo_search import STRETCH, GaitChoice, TempoSearch
+
+
+def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
+    """From the stance that the mission begins it in, a task's plan is the same to the bit."""
+    robot, slow = paper_robot(), designed()
+    tempo = usual_tempo(slow.scenario.gait, robot, 1.25)
+    whole = try_tempo(slow.scenario, slow.design, robot, tempo)
+    plans = whole.designed.plan.plans
+    walks = tuple((k, plans[k - 1].end) for k in (3, 1))
+    part = try_tempo(slow.scenario, slow.design, robot, tempo, walks=walks)
+    assert [p.index for p in part.designed.plan.plans] == [3, 1]
+    for plan in part.designed.plan.plans:
+        assert np.array_equal(plan.body.control, plans[plan.index].body.control)
+    assert part.designed.margin == min(
+        min(plans[k].margin, least_margin(robot, plans[k])) for k in (1, 3)
+    )
+    first = try_tempo(
+        slow.scenario, slow.design, robot, tempo, walks=walks, enough=lambda plan: plan.index == 1
+    )
+    assert [p.index for p in first.designed.plan.plans] == [3]  # which was not enough
+
+
+def _trial(margins: dict[int, float], switch: float, walks: Walks | None) -> TempoTrial:
+    """A trial of tasks whose plans have so much margin [m]."""
+    robot, slow = paper_robot(), designed()
+    made = replace(usual_tempo(slow.scenario.gait, robot, STRETCH), switch=switch)
+    plans = [
+        replace(slow.plan.plans[k], margin=margins.get(k, np.nan))
+        for k in ([w[0] for w in walks] if walks else range(len(slow.plan.plans)))
+    ]
+    plan = replace(slow.plan, plans=tuple(plans))
+    least = min(p.margin for p in plans if p.margin == p.margin)
+    pace = PlanPace((), None, 1.0)
+    return TempoTrial(made, replace(slow, plan=plan, margin=least), pace, NO_SPEEDS, walks)
+
+
+@pytest.mark.parametrize("spin", [0.08, 0.02])
+def test_trials_are_of_the_walks_with_the_least_margin(
+    spin: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The answer is a plan of all; where that leaves too little elsewhere, trials are of more."""
+    tried: list[tuple[float, list[int] | None]] = []
+
+    def plan(*given: Any, walks: Walks | None, **_: object) -> TempoTrial:
+        switch = given[3].switch
+        tried.append((switch, None if walks is None else [k for k, _ in walks]))
+        margins = {1: 0.07 * switch, 2: spin if switch < 0.6 else 0.08, 3: 0.05 * switch}
+        return _trial(margins, switch, walks)
+
+    monkeypatch.setattr(tempo_search, "try_tempo", plan)
+    monkeypatch.setattr(tempo_search, "least_margin", lambda *_: np.inf)
+    monkeypatch.setattr(tempo_search, "zmp_margin", lambda *_: np.inf)
+    monkeypatch.setattr(tempo_search, "keeps_all_else", lambda *_: True)
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    slow, kept = designed(), RequiredMargins(0.025, 0.0)
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, paper_robot(), kept, "check")
+    monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
+    found = search.quickest(None, 0.1)
+    assert found is not None and found.walks is None and found.designed.margin >= kept.margin
+    assert tried[0][1] is None and tried[1][1] == [3]  # least of all, and by a quarter of `kept`
+    if spin == 0.08:
+        assert found.tempo.switch == pytest.approx(0.5, rel=0.06)
+        assert all(walks == [3] for _, walks in tried[1:-1])
+        assert tried[-1] == (found.tempo.switch, None)
+    else:
+        assert found.tempo.switch >= 0.6
+        assert any(walks and 2 in walks for _, walks in tried)
