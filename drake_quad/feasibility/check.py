@@ -340,7 +340,7 @@ def check_flight(
         nearest: Whether a reason says which rise would work; that takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The robot of that name, if it is loaded already.
-        note: Receives a line before a quicker gait is looked for.
+        note: Receives a line while a quicker gait is looked for.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
@@ -432,11 +432,13 @@ def _design(
         return Feasibility(
             scenario, None, error.reason, dict(error.data), robot, preference=preference
         )
+    begun = f"found a gait that keeps {1e3 * designed.margin:.0f} mm of margin"
     if preference.quick:
-        kept = f"{1e3 * designed.margin:.0f} mm"
-        note(f"found a gait that keeps {kept} of margin; looking for a quicker one")
+        note(f"{begun}; looking for a quicker one")
     slow = designed
-    designed = find_quicker(slow, robot, preference, source=source)
+    designed = find_quicker(
+        slow, robot, preference, source=source, note=lambda words: note(f"{begun}; {words}")
+    )
     return Feasibility(designed.scenario, designed, "", {}, robot, preference=preference, slow=slow)
 
 

@@ -56,7 +56,12 @@ def design_preferred(
 
 
 def find_quicker(
-    designed: Designed, robot: RobotModel, preference: GaitPreference, *, source: str = "scenario"
+    designed: Designed,
+    robot: RobotModel,
+    preference: GaitPreference,
+    *,
+    source: str = "scenario",
+    note: Callable[[str], object] = lambda _: None,
 ) -> Designed:
     """`quicken` of a gait, with all others for its course that go farther in a cycle, or as far.
 
@@ -65,13 +70,14 @@ def find_quicker(
         robot: The scenario's.
         preference: What it is to be good at.
         source: What an error names.
+        note: Receives a line after each trial of a gait's times.
     """
     longer = partial(design_longer, designed, robot, as_long=preference.less_margin, source=source)
 
     def others(worth: Callable[[float], bool]) -> Iterable[GaitChoice]:
         return longer(worth=worth)
 
-    return quicken(designed, robot, preference, others=others, source=source)
+    return quicken(designed, robot, preference, others=others, source=source, note=note)
 
 
 def quicken(
@@ -81,6 +87,7 @@ def quicken(
     *,
     others: Callable[[Callable[[float], bool]], Iterable[GaitChoice]] = lambda _: (),
     source: str = "scenario",
+    note: Callable[[str], object] = lambda _: None,
 ) -> Designed:
     """The designed gait, or another, with times as is preferred; the same if none are better.
 
@@ -91,6 +98,7 @@ def quicken(
         others: Makes gaits for the same course that go farther in a cycle, or as far; none is
             drawn that is not needed. It is told which are of interest that go so many times as far.
         source: What an error names.
+        note: Receives a line after each trial of a gait's times.
     """
     course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
     if not preference.quick or not flights_of(course, designed.scenario.gait.deep_tread):
@@ -119,7 +127,7 @@ def quicken(
         if preference.dynamic:
             moving = balanced_by_motion(gait.scenario)
             gait = GaitChoice(moving, gait.design, planned=gait.planned)
-        search = TempoSearch(gait, designed, robot, own, source)
+        search = TempoSearch(gait, designed, robot, own, source, note)
         for margins in kept:
             found = search.quickest(preference.speed, speed, margins)
             if found is None:

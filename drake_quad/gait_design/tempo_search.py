@@ -102,6 +102,7 @@ class TempoSearch:
         robot: RobotModel,
         kept: RequiredMargins,
         source: str,
+        note: Callable[[str], object] = lambda _: None,
     ) -> None:
         """Takes the gait, and what it is measured by.
 
@@ -111,8 +112,10 @@ class TempoSearch:
             robot: The scenario's.
             kept: The margins that are to be kept.
             source: What an error names.
+            note: Receives a line after each trial.
         """
         self._gait, self._slow, self._robot, self._source = gait, slow, robot, source
+        self._note = note
         self._moving = gait.scenario.body.balance == "dynamic"
         self._kept, self._most = kept, inf
         course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
@@ -237,6 +240,9 @@ class TempoSearch:
             tempo = replace(self._usual(stretch), switch=switch)
             found = self._calm_plan(tempo, trials.walks)
             trials.known[switch] = found
+            if found is not None:
+                left = f"{1e3 * found.designed.margin:.0f} mm"
+                self._note(f"tried {found.speed:.3f} m/s, which leaves {left}")
             if found is not None and trials.first is None:
                 trials.first = found
                 trials.critical = self._critical(found) if self._parts else ()

@@ -202,7 +202,9 @@ def test_a_quick_gait_that_is_not_proven_is_left(monkeypatch: pytest.MonkeyPatch
 def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
     """The plan keeps 0.8 of either margin, no joint is near its limit, the flight is walked so."""
     robot, slow = paper_robot(), designed()
-    quick = quicken(slow, robot, GaitPreference("balanced"))
+    notes: list[str] = []
+    quick = quicken(slow, robot, GaitPreference("balanced"), note=notes.append)
+    assert notes
     course = course_of(quick.scenario, foot_radius=robot.foot_radius)
     tasks = mission_of(quick.scenario, course)
     before, after = (measure_pace(robot, course, tasks, d.plan) for d in (slow, quick))

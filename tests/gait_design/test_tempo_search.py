@@ -71,10 +71,12 @@ def test_trials_are_of_the_walks_with_the_least_margin(
     monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
     slow, kept = designed(), RequiredMargins(0.025, 0.0)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
-    search = TempoSearch(gait, slow, paper_robot(), kept, "check")
+    notes: list[str] = []
+    search = TempoSearch(gait, slow, paper_robot(), kept, "check", notes.append)
     monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
     found = search.quickest(None, 0.1)
     assert found is not None and found.walks is None and found.designed.margin >= kept.margin
+    assert "m/s, which leaves 45 mm" in notes[0]  # somebody waits for half a minute
     assert tried[0][1] is None and tried[1][1] == [3]  # least of all, and by a quarter of `kept`
     if spin == 0.08:
         assert found.tempo.switch == pytest.approx(0.5, rel=0.06)
