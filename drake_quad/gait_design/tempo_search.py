@@ -122,7 +122,8 @@ class TempoSearch:
         runs = [s.run for s in flights_of(course, gait.scenario.gait.deep_tread)]
         self._way = tread_way(gait.scenario.gait, min(runs))
         self._speeds = FootSpeeds.all_at(ANY_SPEED)
-        self._limited = self._grouped = False  # whether they hold swings back, and each its own
+        # Whether all are as slow as one joint asks, and whether each is as fast as its own then.
+        self._limited = self._grouped = False
         self._refused = False  # whether the gait's footprints have been refused
         self._scenario = gait.scenario
         self._stretch = STRETCH
@@ -278,9 +279,9 @@ class TempoSearch:
     def _calm_plan(self, tempo: Tempo, walks: Walks | None = None) -> TempoTrial | None:
         """A plan with some times, and feet as fast as their joints can follow.
 
-        Where one joint cannot, all feet are made slower at first. Then each group is made as fast
-        as it can be, or half as much faster, where that leaves enough margin: quick legs push the
-        body about.
+        Where a joint could not follow at all, all feet are made slower at first. Then each group is
+        made as fast as it can be, or half as much faster, where that leaves enough margin: quick
+        legs push the body about.
         """
         found: TempoTrial | None = None
         for _ in range(PLANS):
@@ -300,7 +301,7 @@ class TempoSearch:
                         self._grouped = True
                         return self._group(found, walks)
                     break
-                self._speeds, self._limited = slowest([now, found.suits]), True
+                self._speeds = slowest([now, found.suits])
             if self._speeds.like(now, SAME_SPEED):
                 break
         return found

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
 from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
 from drake_quad.planning.body_problem import FAR, BodyProblem
 from drake_quad.planning.body_qp import (
@@ -321,6 +322,8 @@ def plan_body(
     settings: PlanSettings,
     footing: Footing | None = None,
     rolled: FloatArray | None = None,
+    *,
+    beat: float = -np.inf,
 ) -> tuple[BodySpline, ContactPlan, float]:
     """Plans the body so that the whole robot's centre of mass keeps the margin.
 
@@ -334,6 +337,7 @@ def plan_body(
         footing: Ground and drives, for the region that the margin is measured in; None: the feet's
             hull.
         rolled: How far the feet have rolled before (4, 2) [m]; None: not at all.
+        beat: A margin that is of no interest, or any smaller one [m].
 
     Returns:
         The path, the contacts with feet that roll as they do along it, and the smallest static
@@ -341,21 +345,26 @@ def plan_body(
         zero-moment point.
 
     Raises:
-        PlanningError: If there is no such path.
+        PlanningError: If there is no such path, or if it has no more than the margin to beat even
+            before it is bent to the legs' limits.
     """
     begin = np.zeros((4, 2)) if rolled is None else rolled
     search = BodyPathOptimizer(robot, contacts, route, settings, footing, begin)
     if not settings.uniform_body:
-        _search(search, settings, feasible=footing is not None and footing.drives)
+        _search(search, settings, feasible=footing is not None and footing.drives, beat=beat)
         search.settle_feet()
     return search.spline, search.contacts, search.margin()
 
 
-def _search(search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool) -> None:
+def _search(
+    search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool, beat: float
+) -> None:
     """Solves the program until the legs' share is right, and then within the legs' limits."""
     passes = DYNAMIC_PASSES if settings.dynamic else FEASIBLE_PASSES if feasible else PASSES
     for k in range(passes):
         search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
+    if (most := search.margin()) <= beat:
+        raise PlanningError(f"another path has a margin of {beat:.3f} m, this one {most:.3f} m")
     keep_limits(search)
     if any(len(phase.steps) > 1 for phase in search.contacts.phases):
         _come_to_line(search)

@@ -1,6 +1,7 @@
 """Plans one task from the present stance, with footprints kept off risers."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import inf
@@ -165,7 +166,10 @@ def plan_task(
         by_centres = replace(settings, via_centres=True)
         other = lay(by_centres)
         if not _same_steps(laid[0], other[0]) and _held_up_first(robot, plan, settings):
-            plan = max(plan, finish(by_centres, other), key=lambda p: p.margin)
+            # No plan there, or none that can be better, leaves the one that there is.
+            with suppress(PlanningError):
+                again = finish(by_centres, other, beat=plan.margin)
+                plan = max(plan, again, key=lambda p: p.margin)
     if footing is not None and not settings.uniform_body and plan.margin <= 0.0:
         _check(footing, plan)
     return plan
@@ -255,9 +259,12 @@ def _plan_gait(
     stance: Stance,
     index: int,
     footing: Footing | None,
+    beat: float = -inf,
 ) -> MotionPlan:
     contacts, route, segments = laid
-    body, contacts, margin = plan_body(robot, contacts, route, settings, footing, stance.roll)
+    body, contacts, margin = plan_body(
+        robot, contacts, route, settings, footing, stance.roll, beat=beat
+    )
     if settings.dynamic:
         segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_CHECK_PERIOD))
     joined = route.joined if route.starts_off(settings) else 0.0

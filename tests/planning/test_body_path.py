@@ -2,19 +2,23 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 from rig import flat_course, paper_robot, rotations, stairs_course, stance_at, walk_plan
 
 from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
 from drake_quad.gait.workspace import Workspace
 from drake_quad.math.curves import BodySpline
+from drake_quad.planning import body_path, task as task_module
 from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference, body_pitch, level_pose, robot_stance
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
-from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.planning.problem import PlanSettings, Task
+from drake_quad.planning.task import plan_task
 from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.planning.zmp import sample_zmp
 from drake_quad.stability.support_polygon import stability_margins
@@ -235,3 +239,41 @@ def test_body_tilts_with_the_slope_but_never_as_far_as_a_robot_that_has_fallen(
     assert pitch == -float(body_pitch(share, -slope)) and pitch * slope <= 0.0
     if abs(slope) < 0.5:
         assert pitch == pytest.approx(-share * np.arctan(slope))
+
+
+def test_a_path_that_cannot_beat_another_is_left_before_limits_are_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What takes longest is spared; a path that may be better is the same as without."""
+    path, margin = planned(SETTINGS)
+    again, _, same = plan_body(paper_robot(), *laid(SETTINGS), SETTINGS, beat=margin - 0.01)
+    assert same == margin and np.array_equal(again.control, path.control)
+    monkeypatch.setattr(body_path, "keep_limits", lambda _: pytest.fail("limits were looked at"))
+    with pytest.raises(PlanningError, match="another path has a margin of"):
+        plan_body(paper_robot(), *laid(SETTINGS), SETTINGS, beat=margin + 0.01)
+
+
+@pytest.mark.parametrize("better", [True, False, None])
+def test_a_walk_through_the_centres_is_taken_only_if_it_is_better(
+    better: bool | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a plan there, the one that there is stays."""
+    course = stairs_course()
+    plan, asked = walk_plan(flat_course(), goal=2.0), list[tuple[bool, float]]()
+
+    def plan_gait(*given: Any, beat: float = -np.inf, **_: object) -> MotionPlan:
+        asked.append((given[1].via_centres, beat))
+        if not given[1].via_centres:
+            return plan
+        if better is None:
+            raise PlanningError("no plan")
+        return replace(plan, margin=plan.margin + (0.01 if better else -0.01))
+
+    monkeypatch.setattr(task_module, "_plan_gait", plan_gait)
+    monkeypatch.setattr(task_module, "MARGIN_ENOUGH", np.inf)
+    monkeypatch.setattr(task_module, "_held_up_first", lambda *_: True)
+    monkeypatch.setattr(task_module, "_same_steps", lambda *_: False)
+    walk = Task(kind="walk", name="walk", lane=0, goal=6.25)
+    found = plan_task(paper_robot(), course, SETTINGS, walk, stance_at(course, SETTINGS), index=0)
+    assert found.margin == plan.margin + (0.01 if better else 0.0)
+    assert asked[-1] == (True, plan.margin)
