@@ -323,7 +323,7 @@ def plan_body(
     footing: Footing | None = None,
     rolled: FloatArray | None = None,
     *,
-    beat: float = -np.inf,
+    beat: float | None = None,
 ) -> tuple[BodySpline, ContactPlan, float]:
     """Plans the body so that the whole robot's centre of mass keeps the margin.
 
@@ -337,7 +337,7 @@ def plan_body(
         footing: Ground and drives, for the region that the margin is measured in; None: the feet's
             hull.
         rolled: How far the feet have rolled before (4, 2) [m]; None: not at all.
-        beat: A margin that is of no interest, or any smaller one [m].
+        beat: A margin that is of no interest, as any smaller one [m]; None: any is of interest.
 
     Returns:
         The path, the contacts with feet that roll as they do along it, and the smallest static
@@ -357,13 +357,13 @@ def plan_body(
 
 
 def _search(
-    search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool, beat: float
+    search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool, beat: float | None
 ) -> None:
     """Solves the program until the legs' share is right, and then within the legs' limits."""
     passes = DYNAMIC_PASSES if settings.dynamic else FEASIBLE_PASSES if feasible else PASSES
     for k in range(passes):
         search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
-    if (most := search.margin()) <= beat:
+    if beat is not None and (most := search.margin()) <= beat:
         raise PlanningError(f"another path has a margin of {beat:.3f} m, this one {most:.3f} m")
     keep_limits(search)
     if any(len(phase.steps) > 1 for phase in search.contacts.phases):

@@ -259,7 +259,7 @@ def _plan_gait(
     stance: Stance,
     index: int,
     footing: Footing | None,
-    beat: float = -inf,
+    beat: float | None = None,
 ) -> MotionPlan:
     contacts, route, segments = laid
     body, contacts, margin = plan_body(

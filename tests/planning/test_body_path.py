@@ -259,9 +259,9 @@ def test_a_walk_through_the_centres_is_taken_only_if_it_is_better(
 ) -> None:
     """Without a plan there, the one that there is stays."""
     course = stairs_course()
-    plan, asked = walk_plan(flat_course(), goal=2.0), list[tuple[bool, float]]()
+    plan, asked = walk_plan(flat_course(), goal=2.0), list[tuple[bool, float | None]]()
 
-    def plan_gait(*given: Any, beat: float = -np.inf, **_: object) -> MotionPlan:
+    def plan_gait(*given: Any, beat: float | None = None, **_: object) -> MotionPlan:
         asked.append((given[1].via_centres, beat))
         if not given[1].via_centres:
             return plan
