@@ -68,6 +68,9 @@ def print_next(told: dict[str, Any], console: Console) -> None:
         console.print(Text(f"look at {told['curve']['directory']}/curve.png"), soft_wrap=True)
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)
+    if told.get("remembered"):
+        line = f"(found on {told['remembered']} and remembered; --anew designs the gait anew)"
+        console.print(Text(line), soft_wrap=True)
     console.print(Text(_next(told)), soft_wrap=True)
     if not told["feasible"] and told["changes"] is None and "scenario" not in told["asked"]:
         line = "for the least change that would make it a yes: the same with --changes"

@@ -154,6 +154,14 @@ def check(
             "cores."
         ),
     ] = None,
+    anew: Annotated[
+        bool,
+        typer.Option(
+            "--anew",
+            help="Design the gait anew. Else an answer to the same question, of the same robot's "
+            "file by the same version, is given again.",
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Can this robot climb these stairs? Designs a gait, and plans it up and down in full.
@@ -184,7 +192,7 @@ def check(
     with MESSAGES.status("designing a gait") as status:
         told = dq.run_check(
             asked, save=save, proof=proof, picture=picture, curve=curve, nearest=nearest,
-            changes=changes, workers=workers, first=say, note=status.update,
+            changes=changes, workers=workers, remembered=not anew, first=say, note=status.update,
         )  # fmt: skip
     if proof is not None and told["proof"] is None:
         why = "there is a plan" if told["feasible"] else "no proof was found"

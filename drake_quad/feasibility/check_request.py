@@ -3,11 +3,12 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
+from drake_quad.feasibility.answers import answer_key, recall, remember
 from drake_quad.feasibility.check import check_flight, check_preference, design_for_course
 from drake_quad.feasibility.check_report import (
     feasibility_report,
@@ -20,7 +21,7 @@ from drake_quad.feasibility.flight import Around, check_stairs_numbers
 from drake_quad.gait_design.preference import BALANCE, GaitPreference
 from drake_quad.infeasibility.proof import proof_record
 from drake_quad.robot.loader import load_robot, robot_digest
-from drake_quad.scenario.load import load_scenario, save_scenario
+from drake_quad.scenario.load import load_scenario, scenario_text
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.stability.equilibrium_region import HULL
 from drake_quad.terrain.elements import Stairs
@@ -85,6 +86,7 @@ def run_check(
     nearest: bool = True,
     changes: bool = False,
     workers: int | None = None,
+    remembered: bool = False,
     first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
 ) -> dict[str, Any]:
@@ -101,6 +103,9 @@ def run_check(
         changes: Whether to look, instead, for the least change of the robot or of the stairs that
             makes it a yes; it takes some minutes.
         workers: Number of processes that look for changes; one for each processor if None.
+        remembered: Whether an answer that was found before will do, and this one is remembered:
+            of a flight that is climbed, if no picture or curve is asked for. Its `remembered` then
+            says when it was found.
         first: Receives the answer, with the reason of a no, before the search for the nearest
             stairs and before any file is written.
         note: Receives a line about what is being done.
@@ -137,6 +142,14 @@ def run_check(
                 remedy = "leave it out: with --scenario the stairs are the scenario's"
                 raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
         load_scenario(asked.scenario)
+    key = ""
+    if remembered and asked.scenario is None:
+        key = answer_key(asdict(asked), asked.robot)
+        before = recall(key) if picture is None and curve is None else None
+        if before is not None:
+            report = before.report | {"remembered": before.when}
+            first(report)
+            return report | _saved(before.scenario, save)
     with precompiling(DESIGN, note) as wait:
         wait()
     if asked.scenario is not None:
@@ -167,7 +180,9 @@ def run_check(
     liked = ("prefer", "speed", "min_margin", "balance")
     question |= {k: getattr(asked, k) for k in liked if getattr(asked, k) != getattr(usual, k)}
     report = feasibility_report(check, robot, source=asked.robot, asked=question)
-    report = with_proof(report, check.proof)
+    report = with_proof(report, check.proof) | {"remembered": None}
+    if check.designed is not None and key:
+        remember(key, report, scenario_text(check.designed.scenario))
     first(report)
     if check.proof is not None and proof is not None:
         record = proof_record(check.proof, robot, file_digest=robot_digest(asked.robot))
@@ -183,10 +198,8 @@ def run_check(
         report = with_changes(report, found)
     elif not check.feasible and asked.scenario is None and nearest:
         report = with_nearest(report, check.nearest(note))
-    if check.designed is not None and save is not None:
-        scenario = check.designed.scenario
-        write_whole(save, lambda to: save_scenario(scenario, to), option="--save")
-        report["saved"] = str(save)
+    if check.designed is not None:
+        report |= _saved(scenario_text(check.designed.scenario), save)
     if check.designed is not None and picture is not None:
         from drake_quad.feasibility.check_picture import draw_check
         from drake_quad.feasibility.robot_picture import save_picture
@@ -201,3 +214,11 @@ def run_check(
         save_speed_curve(traced, curve, f"{robot.name} on {stairs_in_words(question)}")
         report["curve"] = traced.as_dict() | {"directory": str(curve)}
     return report
+
+
+def _saved(scenario: str, path: Path | None) -> dict[str, Any]:
+    """Writes a scenario's text into a file, if one is asked for; what the report says of it."""
+    if path is None:
+        return {}
+    write_whole(path, lambda to: to.write_text(scenario, encoding="utf-8"), option="--save")
+    return {"saved": str(path)}

@@ -2,12 +2,9 @@
 
 import hashlib
 import json
-import platform
 import subprocess
 from functools import cache
 from importlib import resources
-from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +13,12 @@ from drake_quad.robot.loader import robot_digest
 from drake_quad.sweep.sampling import support_of
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.study_loading import as_plain, overrides_of
+from drake_quad.util.versions import versions
 
 PACKAGE = Path(drake_quad.__file__).parent
 MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and scenarios
 # Packages and modules that present runs, and have no part in one.
 PRESENTING = ("report", "cli", "feasibility", "api", "__main__")
-MODULES = {"pycollada": "collada"}  # where they are not called as what is installed
 # Modules of this package on which what comes of a trial depends.
 WORKING = ("sampling.py", "study.py", "study_checks.py", "study_loading.py", "trials.py")
 # Fields of a study, and of what varies in it, that no trial depends on. A name is the title of a
@@ -88,15 +85,6 @@ def robots_of(study: Study, base: Base) -> list[str]:
             if any(text.lstrip().startswith("robot") for text in own):
                 models.add(base.load([*study.set, *own]).robot.model)
     return sorted({robot_digest(model) for model in models})
-
-
-@cache
-def versions() -> dict[str, str]:
-    """The versions of the libraries that a result depends on."""
-    names = ["drake_quad", "drake", "numpy", "scipy", "piqp", "daqp", "numba"]
-    # Collision shapes are read from meshes where these are there, and are others where not.
-    names += [name for name in ("trimesh", "pycollada") if find_spec(MODULES.get(name, name))]
-    return {**{name: version(name) for name in names}, "python": platform.python_version()}
 
 
 @cache

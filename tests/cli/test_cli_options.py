@@ -96,7 +96,7 @@ def test_a_disk_that_fills_while_it_is_designed_loses_no_answer(
     path = tmp_path / "file" / "x.svg"
     with pytest.raises(InputError) as caught:
         run_check(CheckRequest(URL), first=told.append, **{option: path})  # type: ignore[arg-type]
-    assert told == [{"answer": "Yes"}]
+    assert [report["answer"] for report in told] == ["Yes"]
     assert caught.value.source == f"--{option}" and f"with --{option}" in caught.value.remedy
     assert "--out" not in str(caught.value)
 

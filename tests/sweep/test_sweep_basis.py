@@ -18,6 +18,7 @@ from drake_quad.sweep.results import trials_table
 from drake_quad.sweep.run import SourcesChangedError
 from drake_quad.sweep.study_loading import parse_study
 from drake_quad.sweep.trials import Trial, lost, make_trials
+from drake_quad.util import versions as versions_module
 
 
 def test_the_digest_of_the_sources_names_what_is_there() -> None:
@@ -177,9 +178,9 @@ def test_what_reads_meshes_is_among_the_versions(monkeypatch: pytest.MonkeyPatch
     """Where it is installed: collision shapes are others where it is not."""
     told = []
     for there in (False, True):
-        monkeypatch.setattr(provenance, "find_spec", lambda _, there=there: there)
-        monkeypatch.setattr(provenance, "version", lambda name: name)
-        told.append(provenance.versions.__wrapped__())
+        monkeypatch.setattr(versions_module, "find_spec", lambda _, there=there: there)
+        monkeypatch.setattr(versions_module, "version", lambda name: name)
+        told.append(versions_module.versions.__wrapped__())
     assert told[1].keys() - told[0].keys() == {"trimesh", "pycollada"}
     assert told[0].keys() < told[1].keys()
 
