@@ -24,6 +24,7 @@ from drake_quad.sweep.journal import Journal
 from drake_quad.sweep.run import Bar, SourcesChangedError
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.trials import Trial
+from drake_quad.util.versions import versions
 
 BENCHMARKS = Path(__file__).resolve().parent
 
@@ -37,7 +38,7 @@ def basis(libraries: Sequence[str]) -> dict[str, Any]:
     digest = hashlib.sha256()
     for path in sorted(BENCHMARKS.glob("*.py")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    usual = provenance.versions()
+    usual = versions()
     names = [name for name in (*usual, *libraries) if name != "python"]
     return {
         "sources": provenance.sources_digest(),
