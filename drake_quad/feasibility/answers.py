@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import drake_quad
+from drake_quad.errors import InputError
 from drake_quad.robot.loader import robot_digest
 from drake_quad.util.files import cache_directory, plain_of, private_directory, write_whole
 from drake_quad.util.versions import versions
@@ -71,14 +72,14 @@ def recall(key: str) -> Answer | None:
 
 
 def remember(key: str, report: Mapping[str, Any], scenario: str) -> None:
-    """Remembers an answer, if there is a directory that no other user can write to."""
+    """Remembers an answer, if there is a directory that no other user can write to, and room."""
     folder = _folder()
     if folder is None:
         return
     when = f"{datetime.now():%Y-%m-%d %H:%M}"
     kept = {"key": key, "when": when, "report": dict(report), "scenario": scenario}
     text = json.dumps(kept) + "\n"
-    with suppress(OSError):
+    with suppress(OSError, InputError):
         # By another name first: who reads at the same time finds a whole file, or none.
         write_whole(folder / f"{key}.json", lambda to: to.write_text(text, encoding="utf-8"))
         files = sorted(folder.glob("*.json"), key=lambda path: path.stat().st_mtime)

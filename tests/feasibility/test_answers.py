@@ -1,5 +1,6 @@
 """An answer of `check` is remembered with all that it depends on, and is given again unchanged."""
 
+import errno
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -97,6 +98,17 @@ def test_nothing_is_remembered_where_others_may_write(own_cache: Path) -> None:
     """An answer that somebody else put there would be taken for ours."""
     own_cache.mkdir(parents=True)
     own_cache.chmod(0o777)
+    remember("k", {}, "")
+    assert recall("k") is None and not list(own_cache.iterdir())
+
+
+def test_a_full_disk_costs_no_answer(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer is given all the same, and half a file is not left."""
+
+    def full(_: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("drake_quad.util.files.os.fsync", full)
     remember("k", {}, "")
     assert recall("k") is None and not list(own_cache.iterdir())
 
