@@ -228,7 +228,7 @@ def least_margin(robot: RobotModel, plan: MotionPlan) -> float:
     """The least static margin just after each lift-off and just before each touchdown [m].
 
     A plan's own margin is of sampled times. As a foot lifts, or is about to land, it still counts
-    there; in a quick gait the margin without it is up to 2 mm less. It is infinite without steps,
+    there; in a quick gait the margin without it is up to 4 mm less. It is infinite without steps,
     and where the plan's margin is another than the static one.
     """
     if not plan.contacts.steps or plan.margin_kind != HULL:
