@@ -5,6 +5,7 @@ from math import inf
 
 TRIALS = 5  # at most
 NEAR = 0.04  # of a time: no other is tried so near to it
+CLOSE_TIMES = 0.2  # of a time: a shorter one that was not enough is near it
 
 
 def seek_switch(
@@ -37,7 +38,12 @@ def seek_switch(
             known[switch] = trial(switch)
         best = min((t for t, m in known.items() if m >= 0.0), default=inf)
         low = max((t for t, m in known.items() if m < 0.0 and t < best), default=None)
-        if best <= least or (best < inf and known[best] <= near):
+        if best <= least:
+            break
+        # A margin that is near enough may belong to a time that is not, far above one that is too
+        # short by a little.
+        close = low is None or best - low < CLOSE_TIMES * best
+        if best < inf and known[best] <= near and close:
             break
         if best == inf:
             if max(known) >= most:
