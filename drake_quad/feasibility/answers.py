@@ -12,19 +12,15 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import drake_quad
 from drake_quad.errors import InputError
 from drake_quad.robot.loader import robot_digest
 from drake_quad.util.files import cache_directory, plain_of, private_directory, write_whole
-from drake_quad.util.versions import versions
+from drake_quad.util.versions import digest_of_sources, versions
 
 MOST_ANSWERS = 200  # a file has some 10 kB; the oldest go
-PACKAGE = Path(drake_quad.__file__).parent
 
 
 @dataclass(frozen=True)
@@ -50,7 +46,7 @@ def answer_key(question: Mapping[str, Any], model: str) -> str:
         model: The robot's name or file.
     """
     robot = [model, str(Path(model).absolute()), robot_digest(model)]
-    identity = [dict(question), robot, _sources(), versions()]
+    identity = [dict(question), robot, digest_of_sources(), versions()]
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
 
 
@@ -91,14 +87,3 @@ def _folder() -> Path | None:
     """Where answers are; None if another user could write there."""
     folder = cache_directory() / "answers"
     return folder if private_directory(folder) else None
-
-
-@cache
-def _sources() -> str:
-    """A digest of this package's sources and of the shipped robots."""
-    digest = hashlib.sha256()
-    models = Path(str(resources.files("drake_quad_models")))
-    files = [*PACKAGE.rglob("*.py"), *(p for p in models.iterdir() if p.is_file())]
-    for path in sorted(files):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()

@@ -9,9 +9,7 @@ from drake_quad.errors import PlanningError
 from drake_quad.gait_design.choose_gait import Design
 from drake_quad.gait_design.designed import GOOD_MARGIN, LEFT_OVER, POOR, Designed
 from drake_quad.gait_design.doubts import find_doubt
-from drake_quad.planning.mission import (
-    how_much_slower,
-)
+from drake_quad.planning.mission import how_much_slower
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import mission_of, plan_settings
 from drake_quad.scenario.config import Scenario

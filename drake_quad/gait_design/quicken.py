@@ -6,7 +6,7 @@ found is not tried. A gait that is not proven for every time is not taken in pla
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain
 
 from drake_quad.certificate.certify import Certificate, certify_plans
@@ -72,12 +72,12 @@ def find_quicker(
         source: What an error names.
         note: Receives a line after each trial of a gait's times.
     """
-    longer = partial(design_longer, designed, robot, as_long=preference.less_margin, source=source)
-
-    def others(worth: Callable[[float], bool]) -> Iterable[GaitChoice]:
-        return longer(worth=worth)
-
-    return quicken(designed, robot, preference, others=others, source=source, note=note)
+    return quicken(
+        designed, robot, preference, source=source, note=note,
+        others=lambda worth: design_longer(
+            designed, robot, as_long=preference.less_margin, worth=worth, source=source
+        ),
+    )  # fmt: skip
 
 
 def quicken(
@@ -168,9 +168,9 @@ class Proven:
         if proof.failure is not None:
             return self._slow_proof.failure is not None
         quick = {name: proof.least[name] for name in CLEARANCES}
-        if all(have is None or have >= error for have in quick.values()):
-            return True  # the slow one is not asked: to prove it takes a second
-        if self._slow_proof.failure is not None:
+        clear = all(have is None or have >= error for have in quick.values())
+        # The slow one is not asked where it need not be: to prove it takes a second.
+        if clear or self._slow_proof.failure is not None:
             return True
         pairs = ((quick[name], self._slow_proof.least[name]) for name in CLEARANCES)
         return all(

@@ -42,10 +42,8 @@ GUARD = 0.15  # [s] before a lift-off and after a touchdown
 SOUGHT = 2.5  # times the margin that a slow gait's path is asked for: quick ones have to seek more
 ZMP_EVERY = 0.005  # [s] between the samples of a zero-moment point
 MOST_PEAK = 0.9  # of a joint's speed limit, also where a flight begins or ends
-CLEARANCE_KEPT, TORQUE_KEPT = (
-    0.6,
-    0.8,
-)  # of what the slow plan leaves, where that is less than wanted
+# Of what the slow plan leaves, where that is less than wanted.
+CLEARANCE_KEPT, TORQUE_KEPT = 0.6, 0.8
 JUST = 1e-6  # [s] after a lift-off, and before a touchdown
 
 

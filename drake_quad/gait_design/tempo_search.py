@@ -48,7 +48,7 @@ SAME_SPEED = 0.02  # shares of a foot's speed that make no difference
 PLANS = 4  # with other speeds of the feet, at most
 FASTER = (1.0, 0.5)  # shares of the way to feet as fast as their own joints allow
 CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
-TRIES = 6  # plans of the whole course, where it leaves less than a short one
+TRIES = 6  # plans of the whole mission, where it leaves less than its critical walks
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
 

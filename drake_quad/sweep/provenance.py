@@ -4,19 +4,15 @@ import hashlib
 import json
 import subprocess
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import drake_quad
 from drake_quad.robot.loader import robot_digest
 from drake_quad.sweep.sampling import support_of
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.study_loading import as_plain, overrides_of
-from drake_quad.util.versions import versions
+from drake_quad.util.versions import PACKAGE, digest_of_sources, versions
 
-PACKAGE = Path(drake_quad.__file__).parent
-MODELS = Path(str(resources.files("drake_quad_models")))  # shipped robots and scenarios
 # Packages and modules that present runs, and have no part in one.
 PRESENTING = ("report", "cli", "feasibility", "api", "__main__")
 # Modules of this package on which what comes of a trial depends.
@@ -29,17 +25,12 @@ UNREAD_OF_VARY = ("name", "bands")
 
 def sources_digest() -> str:
     """A digest of all files that a trial depends on: two digests make two studies."""
-    digest = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*.py")):
-        parts = path.relative_to(PACKAGE).parts
+
+    def left_out(parts: tuple[str, ...]) -> bool:
         package = parts[0].removesuffix(".py")
-        if package in PRESENTING or (package == "sweep" and parts[-1] not in WORKING):
-            continue
-        digest.update("/".join(parts).encode() + b"\0" + path.read_bytes())
-    for path in sorted(MODELS.iterdir()):
-        if path.is_file() and path.suffix in (".urdf", ".xml", ".yaml"):
-            digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
+        return package in PRESENTING or (package == "sweep" and parts[-1] not in WORKING)
+
+    return digest_of_sources(left_out)
 
 
 @cache

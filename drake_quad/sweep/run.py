@@ -19,7 +19,7 @@ from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.sweep.executors import Work, run_local
 from drake_quad.sweep.findings import summarize_sweep
 from drake_quad.sweep.journal import Journal
-from drake_quad.sweep.provenance import MODELS, commit, describe, own_versions, robots_of
+from drake_quad.sweep.provenance import commit, describe, own_versions, robots_of
 from drake_quad.sweep.report import (
     check_page,
     make_replays,
@@ -43,6 +43,7 @@ from drake_quad.sweep.trials import (
 from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers
 from drake_quad.util.progress import LateProgress
+from drake_quad.util.versions import MODELS
 
 MADE = (TRIALS, CLOCK, FINDINGS, REPORT)  # files that are made from the journal
 LEAVINGS = (*MADE, TRIALS_DIRECTORY)

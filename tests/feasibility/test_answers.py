@@ -74,7 +74,7 @@ def test_what_an_answer_depends_on_is_part_of_its_key(
     keys.append(answer_key(question, str(robot)))
     (tmp_path / "other.urdf").write_text("<robot name='b'/>")
     keys.append(answer_key(question, str(tmp_path / "other.urdf")))
-    for name in ("_sources", "versions"):
+    for name in ("digest_of_sources", "versions"):
         monkeypatch.setattr(answers, name, lambda: "other")
         keys.append(answer_key(question, str(robot)))
     assert len(set(keys)) == len(keys)

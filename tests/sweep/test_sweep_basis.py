@@ -13,17 +13,18 @@ from drake_quad.errors import InputError
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.sweep import provenance, run as sweep_module
 from drake_quad.sweep.compare import compare_sweeps
-from drake_quad.sweep.provenance import MODELS, commit, robots_of, study_digest
+from drake_quad.sweep.provenance import commit, robots_of, study_digest
 from drake_quad.sweep.results import trials_table
 from drake_quad.sweep.run import SourcesChangedError
 from drake_quad.sweep.study_loading import parse_study
 from drake_quad.sweep.trials import Trial, lost, make_trials
 from drake_quad.util import versions as versions_module
+from drake_quad.util.versions import MODELS
 
 
 def test_the_digest_of_the_sources_names_what_is_there() -> None:
     """Each module of a sweep that a trial is drawn or carried out by counts, and is there."""
-    package = provenance.PACKAGE
+    package = versions_module.PACKAGE
     for name in provenance.PRESENTING:
         assert (package / name).is_dir() or (package / f"{name}.py").is_file(), name
     for name in provenance.WORKING:
