@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.base_tracking import smooth_step
 from drake_quad.control.kernel_state import (
     CAUGHT,
@@ -57,6 +57,7 @@ class FootInputs(NamedTuple):
         bearing: 1 where a foot is sensed to bear (4,).
         catch: A foot that catches a push, see `ports.Catch`.
         urgent: Whether a push is being caught: then lost ground is searched for in haste.
+        unloaded: Which standing feet are about to lift off and have given their load away (4,).
     """
 
     planned: PlannedFeet
@@ -65,6 +66,7 @@ class FootInputs(NamedTuple):
     bearing: FloatArray
     catch: FloatArray
     urgent: bool
+    unloaded: BoolArray
 
 
 class FootTargets(NamedTuple):
@@ -217,6 +219,9 @@ def stand_foot(
 ) -> None:
     """A standing foot is held where it really stands; one that lost the ground goes down after it.
 
+    Not one that is about to lift off: without load it is not sensed to bear, on ground that is
+    there. Its swing would begin below the ground, and drag it along.
+
     Args:
         k: Row of the foot.
         now: The inputs.
@@ -234,7 +239,7 @@ def stand_foot(
         memory[REGAINED + k] = min(memory[REGAINED + k] + pace.period / REGAIN_TIME, 1.0)
         for i in range(3):
             hold[i] += follow * (feet[k, i] - hold[i])
-    else:
+    elif not now.unloaded[k]:
         if memory[REGAINED + k] <= 1.0:
             memory[REGAINED + k] = 0.0
         if feet[k, 2] - hold[2] < DEEPEST:  # where it stood there is no ground: down after it

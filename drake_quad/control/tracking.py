@@ -14,7 +14,13 @@ from drake_quad.control.base_tracking import (
     pendulum_rate,
     shortage,
 )
-from drake_quad.control.contact_load import caught_load, correct_load, foot_load, leaving_feet
+from drake_quad.control.contact_load import (
+    GIVEN_AWAY,
+    caught_load,
+    correct_load,
+    foot_load,
+    leaving_feet,
+)
 from drake_quad.control.foot_targets import FootInputs, compute_foot_targets
 from drake_quad.control.kernel_state import (
     BODY_RATE,
@@ -223,11 +229,13 @@ def compute_targets(
         for k in range(4):
             standing[k] = k + 1 != int(catch[LEG])
     feet = found.measured.feet.place
-    now = FootInputs(planned, rate, feet, bearing, catch, not running)
+    load, leaving = foot_load(plan.phases, t, c.unload_time), leaving_feet(plan.phases, t)
+    # A foot that waits to lift off is to bear.
+    unloaded = leaving & (load <= GIVEN_AWAY) & (running and rate > 0.0)
+    now = FootInputs(planned, rate, feet, bearing, catch, not running, unloaded)
     foot, new = compute_foot_targets(now, memory, c.pace)
     copy_vector(memory, new)
     if running:
-        load = foot_load(plan.phases, t, c.unload_time)
         landed = new[LANDED : LANDED + 4]
         correct_load(load, standing, bearing, landed, new[REGAINED : REGAINED + 4])
     else:
@@ -252,7 +260,6 @@ def compute_targets(
     copy_matrix(found.velocity, foot.velocity)
     copy_vector(found.soft, load)
     waits = running and rate == 0.0
-    leaving = leaving_feet(plan.phases, t)
     for k in range(4):
         found.leaving[k] = 1.0 if waits and leaving[k] and bearing[k] > 0.5 else 0.0
     # A foot that lost the ground is to touch it again, not to thrust itself off.

@@ -65,6 +65,7 @@ class Walk:
         self.feet = FEET.copy()
         self.bearing = self.standing.astype(float)
         self.catch, self.urgent = NOBODY.copy(), False
+        self.unloaded = np.zeros(4, dtype=bool)
         self.memory = new_memory(FEET)
 
     def tick(self, count: int = 1) -> Result:
@@ -73,7 +74,9 @@ class Walk:
             self.planned, self.velocity, self.acceleration, self.standing, self.s, self.phase_rate
         )
         for _ in range(count):
-            now = FootInputs(planned, self.rate, self.feet, self.bearing, self.catch, self.urgent)
+            now = FootInputs(
+                planned, self.rate, self.feet, self.bearing, self.catch, self.urgent, self.unloaded
+            )
             target, self.memory = compute_foot_targets(now, self.memory, PACE)
         return Result(*target, self.memory)
 
@@ -109,6 +112,17 @@ def test_swing_foot_follows_the_plan_at_the_clocks_rate(
     expected = rate * walk.velocity[row] - [0.0, 0.0, search]
     np.testing.assert_allclose(result.velocity[row], expected)
     np.testing.assert_allclose(result.acceleration[row], rate**2 * walk.acceleration[row])
+
+
+@examples
+@given(st.integers(0, 3), st.integers(1, 100))
+def test_swing_starts_on_the_ground_of_a_foot_that_gave_its_load_away(row: int, count: int) -> None:
+    """Without load it is not sensed to bear: it is not searched for below ground that is there."""
+    walk = Walk()
+    walk.bearing[row], walk.unloaded[row] = 0.0, True
+    walk.tick(count)
+    walk.standing[row], walk.unloaded[row], walk.s = False, False, 0.0
+    np.testing.assert_allclose(walk.tick().place[row], FEET[row], atol=1e-12)
 
 
 @examples
