@@ -17,7 +17,7 @@ from typing import Any
 import drake_quad as dq
 from benchmarks.common import markdown_table, provenance
 from benchmarks.page import ROOT
-from drake_quad.stability.equilibrium_region import FEASIBLE, FRICTION, HULL
+from drake_quad.stability.margin_kinds import FEASIBLE, FRICTION, HULL
 
 MODEL = ROOT / "models" / "paper_quadruped.urdf"
 SHARE = 0.5  # of the torque that is left in the weak robot's left hips and knees

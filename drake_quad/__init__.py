@@ -44,13 +44,13 @@ if TYPE_CHECKING:
     )
     from drake_quad.feasibility.chart_picture import save_chart as save_chart
     from drake_quad.feasibility.check import Feasibility as Feasibility
-    from drake_quad.feasibility.check_report import (
-        near_words as near_words,
-        treads_in_words as treads_in_words,
-    )
     from drake_quad.feasibility.check_request import (
         CheckRequest as CheckRequest,
         run_check as run_check,
+    )
+    from drake_quad.feasibility.check_words import (
+        near_words as near_words,
+        treads_in_words as treads_in_words,
     )
     from drake_quad.feasibility.inspect_robot import (
         describe_robot as describe_robot,
@@ -133,7 +133,7 @@ _PUBLIC = {
     "feasibility.chart_picture": "save_chart",
     "feasibility.check": "Feasibility",
     "feasibility.changes": "Change",
-    "feasibility.check_report": "near_words treads_in_words",
+    "feasibility.check_words": "near_words treads_in_words",
     "feasibility.check_request": "CheckRequest run_check",
     "feasibility.inspect_robot": "describe_robot print_robot",
     "feasibility.passport": "Passport",

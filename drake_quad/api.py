@@ -41,7 +41,7 @@ from drake_quad.simulation.plan_report import (
     write_plan,
 )
 from drake_quad.simulation.prepare import PreparedScenario, prepare
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.sweep.run import SweepRequest, run_sweep
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import load_study_and_base

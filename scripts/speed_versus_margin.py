@@ -25,7 +25,7 @@ from drake_quad.errors import DrakeQuadError
 from drake_quad.scenario.load import load_scenario
 from drake_quad.simulation.prepare import prepare
 from drake_quad.simulation.run import simulate
-from drake_quad.stability.equilibrium_region import HULL, KINDS
+from drake_quad.stability.margin_kinds import HULL, KINDS
 
 NAME = "speed_versus_margin"
 DUTY = (0.75, 0.77, 0.79, 0.81, 0.83, 0.85, 0.87, 0.89, 0.91)

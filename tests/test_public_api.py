@@ -47,7 +47,8 @@ def test_type_checkers_see_the_names_that_there_are() -> None:
     [
         ("drake_quad", {"pydrake", "numpy", "numba", "matplotlib"}),
         ("drake_quad.cli.main", {"pydrake", "numpy", "numba", "matplotlib", "pyarrow"}),
-        ("drake_quad.feasibility.check_request", {"matplotlib"}),
+        ("drake_quad.feasibility.check_request", {"pydrake", "numba", "scipy", "matplotlib"}),
+        ("drake_quad.feasibility.work_out", {"matplotlib"}),
     ],
 )
 def test_an_import_loads_no_more_than_it_needs(module: str, heavy: set[str]) -> None:

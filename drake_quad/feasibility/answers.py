@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.robot.loader import robot_digest
+from drake_quad.robot.digest import robot_digest
 from drake_quad.util.files import cache_directory, plain_of, private_directory, write_whole
 from drake_quad.util.versions import digest_of_sources, versions
 

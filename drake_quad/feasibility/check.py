@@ -37,7 +37,7 @@ from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import Stairs
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table

@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, Polygon
 
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.check import margin_name
-from drake_quad.feasibility.check_report import treads_in_words
+from drake_quad.feasibility.check_words import treads_in_words
 from drake_quad.feasibility.robot_picture import FRONT, INK, REAR
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.tempo import static_margin

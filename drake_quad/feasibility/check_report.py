@@ -1,7 +1,6 @@
 """The answer to `check` as plain values."""
 
-from dataclasses import asdict, fields
-from fractions import Fraction
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check import Feasibility
+from drake_quad.feasibility.check_words import near_words, stairs_in_words
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.preference import GaitPreference
@@ -20,7 +20,7 @@ from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.mapping import assumed_of_drives_and_inertias
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import Stairs
 from drake_quad.util.numbers import whole_millimetres
 
@@ -218,27 +218,6 @@ def with_changes(report: dict[str, Any], changes: list[Change]) -> dict[str, Any
     return report | {"changes": told}
 
 
-def treads_in_words(count: int, places: int) -> str:
-    """So many places to step on, in treads.
-
-    Args:
-        count: Number of places.
-        places: Number of places on a tread.
-    """
-    share = Fraction(count, places)
-    parts = {Fraction(1, 2): "half a tread", Fraction(1, 3): "a third of a tread",
-             Fraction(2, 3): "two thirds of a tread", Fraction(1): "1 tread"}  # fmt: skip
-    return parts.get(share, f"{float(share):.3g} treads")
-
-
-def near_words(report: dict[str, Any]) -> str:
-    """Says which stairs would work, after the search for the nearest."""
-    near = report["nearest"]
-    if near is None:
-        return "no lower rise and no deeper run was found that works"
-    return f"{near['rise']:g} m on treads of {near['run']:g} m would work"
-
-
 def _pitches(designed: Designed) -> FloatArray:
     """The body's pitch over the whole plan [rad]: negative where its nose is up."""
     return np.concatenate(
@@ -260,14 +239,6 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
     static = static_margin(robot, designed)
     left = {"joints": joints, "torque": designed.torque, "margin": static}
     return left | {part: designed.clearance.weighted}
-
-
-def stairs_in_words(asked: dict[str, Any]) -> str:
-    """What was asked about, for people."""
-    if "scenario" in asked:
-        return f"the course of {asked['scenario']}"
-    flight = {field.name for field in fields(Stairs)}
-    return str(Stairs(**{name: value for name, value in asked.items() if name in flight}))
 
 
 def with_proof(report: dict[str, Any], proof: InfeasibilityProof | None) -> dict[str, Any]:

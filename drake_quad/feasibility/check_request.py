@@ -1,32 +1,16 @@
-"""The question of `check` as a person puts it, and the work that answers it."""
+"""The question of `check` as a person puts it, and its answer: remembered, or worked out."""
 
-import json
-import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.answers import answer_key, recall, remember
-from drake_quad.feasibility.check import check_flight, check_preference, design_for_course
-from drake_quad.feasibility.check_report import (
-    feasibility_report,
-    stairs_in_words,
-    with_changes,
-    with_nearest,
-    with_proof,
-)
-from drake_quad.feasibility.flight import Around, check_stairs_numbers
+from drake_quad.feasibility.answers import answer_key, recall
 from drake_quad.gait_design.preference import BALANCE, GaitPreference
-from drake_quad.infeasibility.proof import proof_record
-from drake_quad.robot.loader import load_robot, robot_digest
-from drake_quad.scenario.load import load_scenario, scenario_text
-from drake_quad.simulation.precompile import DESIGN, precompiling
-from drake_quad.stability.equilibrium_region import HULL
-from drake_quad.terrain.elements import Stairs
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.util.files import write_whole
-from drake_quad.util.parallel import check_workers
 
 RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
 
@@ -114,110 +98,35 @@ def run_check(
         InputError: If anything given cannot be used, before any long work; or a file cannot be
             written, after `first` had the answer.
     """
-    if picture is not None:  # drawing takes matplotlib, which an answer alone does without
-        from drake_quad.feasibility.robot_picture import check_picture_path
-
-        check_picture_path(picture)
-    check_preference(asked.preference, asked.margin)
-    if curve is not None and asked.preference.dynamic:
-        remedy = "leave it out: the curve is of gaits with --balance static"
-        raise InputError(source="--curve", field="curve", value=str(curve), remedy=remedy)
-    own = {name: getattr(asked, name) for name in ("width", "landing", "turn")}
-    flight = {name: getattr(asked, name) for name in ("rise", "run", "count", "overhang", "open")}
-    given = {**flight, **own}
-    robot = load_robot(asked.robot)
-    usual_flight = {"rise": RISE, "run": RUN, "count": COUNT}
-    stairs = Stairs(**usual_flight | {k: v for k, v in flight.items() if v is not None})
-    known = {name: value for name, value in own.items() if value is not None}
-    if workers is not None:
-        check_workers(workers)
-    if asked.scenario is None:
-        check_stairs_numbers(stairs, Around(**known))
-    else:
-        if changes:
-            remedy = "leave it out: changes are sought for a flight, not for a scenario's course"
-            raise InputError(source="--changes", field="changes", value=True, remedy=remedy)
-        for name, value in given.items():
-            if value is not None:
-                remedy = "leave it out: with --scenario the stairs are the scenario's"
-                raise InputError(source=f"--{name}", field=name, value=value, remedy=remedy)
-        load_scenario(asked.scenario)
     key = ""
     if remembered and asked.scenario is None:
-        key = answer_key(asdict(asked), asked.robot)
-        before = recall(key) if picture is None and curve is None else None
-        if before is not None:
-            report = before.report | {"remembered": before.when}
-            first(report)
-            return report | _saved(before.scenario, save)
-    with precompiling(DESIGN, note) as wait:
-        wait()
-    if asked.scenario is not None:
-        question: dict[str, Any] = {"scenario": asked.scenario}
-        check = design_for_course(
-            asked.robot,
-            asked.scenario,
-            margin=asked.margin,
-            preference=asked.preference,
-            nearest=nearest,
-            note=note,
-        )
-    else:
-        question = {**stairs.fields(), **known}
-        check = check_flight(
-            asked.robot,
-            stairs,
-            around=Around(**known),
-            margin=asked.margin,
-            preference=asked.preference,
-            nearest=False,
-            robot=robot,
-            note=note,
-        )
-    if asked.margin != HULL:
-        question["margin"] = asked.margin
-    usual = CheckRequest(asked.robot)
-    liked = ("prefer", "speed", "min_margin", "balance")
-    question |= {k: getattr(asked, k) for k in liked if getattr(asked, k) != getattr(usual, k)}
-    report = feasibility_report(check, robot, source=asked.robot, asked=question)
-    report = with_proof(report, check.proof) | {"remembered": None}
-    if check.designed is not None and key:
-        remember(key, report, scenario_text(check.designed.scenario))
-    first(report)
-    if check.proof is not None and proof is not None:
-        record = proof_record(check.proof, robot, file_digest=robot_digest(asked.robot))
-        text = json.dumps(record) + "\n"
-        write_whole(proof, lambda to: to.write_text(text, encoding="utf-8"), option="--proof")
-        report["proof"] = str(proof)
-    if not check.feasible and changes:
+        # What cannot be used is remembered by no key: it is told of below.
+        with suppress(InputError, OSError, TypeError, ValueError):
+            key = answer_key(asdict(asked), asked.robot)
+    before = recall(key) if key and picture is None and curve is None and workers is None else None
+    if before is not None:
+        report = before.report | {"remembered": before.when}
+        first(report)
+        return report | save_answer(before.scenario, save)
+    # To work an answer out takes Drake and much else, which one that is remembered does without.
+    from drake_quad.feasibility.work_out import work_out
 
-        def told(done: int, total: int) -> None:
-            note(f"not these; looking for the least change that helps: {done} of {total} kinds")
-
-        found = check.changes(workers=workers or os.cpu_count() or 1, progress=told)
-        report = with_changes(report, found)
-    elif not check.feasible and asked.scenario is None and nearest:
-        report = with_nearest(report, check.nearest(note))
-    if check.designed is not None:
-        report |= _saved(scenario_text(check.designed.scenario), save)
-    if check.designed is not None and picture is not None:
-        from drake_quad.feasibility.check_picture import draw_check
-        from drake_quad.feasibility.robot_picture import save_picture
-
-        note("drawing")
-        save_picture(draw_check(check.designed, robot), picture, salt=robot.name, dpi=110)
-        report["picture"] = str(picture)
-    traced = check.curve(note) if curve is not None else None
-    if traced is not None and curve is not None:
-        from drake_quad.feasibility.curve_picture import save_speed_curve
-
-        save_speed_curve(traced, curve, f"{robot.name} on {stairs_in_words(question)}")
-        report["curve"] = traced.as_dict() | {"directory": str(curve)}
-    return report
+    return work_out(
+        asked, save=save, proof=proof, picture=picture, curve=curve, nearest=nearest,
+        changes=changes, workers=workers, key=key, first=first, note=note,
+    )  # fmt: skip
 
 
-def _saved(scenario: str, path: Path | None) -> dict[str, Any]:
-    """Writes a scenario's text into a file, if one is asked for; what the report says of it."""
+def save_answer(scenario: str, path: Path | None) -> dict[str, Any]:
+    """Writes a scenario's text into a file, if one is asked for; what the report says of it.
+
+    Args:
+        scenario: The scenario's YAML.
+        path: The file, or None.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
     if path is None:
         return {}
     write_whole(path, lambda to: to.write_text(scenario, encoding="utf-8"), option="--save")

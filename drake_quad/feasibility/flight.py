@@ -7,7 +7,7 @@ from drake_quad.errors import InputError
 from drake_quad.gait_design.candidates import hip_length
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.config import RobotConfig, Scenario, StartConfig
-from drake_quad.stability.equilibrium_region import KINDS
+from drake_quad.stability.margin_kinds import KINDS
 from drake_quad.terrain.elements import (
     DEFAULT_THICKNESS,
     RISE_MAX,

@@ -19,7 +19,7 @@ from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.task import initial_setback
 from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 

@@ -32,7 +32,7 @@ from drake_quad.robot.model import RobotModel, leg_length, link_outline_of
 from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.motion_config import BodyConfig, GaitConfig
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 
 LEG = 1.22  # [m] of the robot that the times below are of; times go with the root of the length
 # The shortest times with which robots have reached their goals in physics (docs/speed.md).

@@ -20,7 +20,7 @@ from drake_quad.planning.task import plan_task
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, sample_zmp
 from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.course import Course, ground_normals
 from drake_quad.terrain.lane import Lane
 

@@ -19,7 +19,7 @@ from drake_quad.planning.contact_plan import ContactPlan
 from drake_quad.planning.phase_table import phase_table, sample_feet
 from drake_quad.robot.kinematics import constants, pose
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course
 

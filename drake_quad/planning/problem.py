@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from drake_quad.gait.workspace import Workspace
 from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.robot.legs import Leg
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.course import Course
 
 EDGE_CLEARANCE = 0.01  # [m] between a standing foot's sphere and a nosing or riser

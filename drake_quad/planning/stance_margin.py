@@ -21,9 +21,6 @@ from drake_quad.robot.kinematics import solve_legs
 from drake_quad.robot.legs import LEGS, SHORT_NAMES
 from drake_quad.robot.model import RobotModel
 from drake_quad.stability.equilibrium_region import (
-    FEASIBLE,
-    FRICTION,
-    HULL,
     Contacts,
     ForceLimits,
     Region,
@@ -31,6 +28,7 @@ from drake_quad.stability.equilibrium_region import (
     find_region,
     leg_limits,
 )
+from drake_quad.stability.margin_kinds import FEASIBLE, FRICTION, HULL
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course, ground_normals
 

@@ -22,7 +22,7 @@ from drake_quad.planning.stance_margin import Footing, footing_of, refuse_stance
 from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.planning.zmp import ZMP_CHECK_PERIOD, ZmpSamples, sample_zmp
 from drake_quad.robot.model import RobotModel
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 

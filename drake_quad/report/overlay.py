@@ -13,16 +13,8 @@ from drake_quad.report.derived import BaseMotion, base_motion, has_massless_legs
 from drake_quad.report.style import BAD, COM_COLOUR, GOOD, LEG_COLOURS, LESS_COLOUR, WARN
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.runs.reader import RecordedRun
-from drake_quad.stability.equilibrium_region import (
-    FEASIBLE,
-    FRICTION,
-    HULL,
-    Region,
-    find_region,
-    joint_limits,
-    static_region,
-    stricter,
-)
+from drake_quad.stability.equilibrium_region import Region, find_region, joint_limits, static_region
+from drake_quad.stability.margin_kinds import FEASIBLE, FRICTION, HULL, stricter
 from drake_quad.stability.margins import MarginEstimator, Posture
 from drake_quad.stability.safety import safe_margin
 from drake_quad.stability.support_polygon import support_polygon

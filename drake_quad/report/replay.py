@@ -28,7 +28,7 @@ from drake_quad.report.overlay import OVERLAY, Overlay, Regions
 from drake_quad.report.scene import MakeReplayScene, set_camera_and_lights, shown_samples
 from drake_quad.report.style import kind_colour, render
 from drake_quad.runs.reader import RecordedRun, load_run
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.stability.safety import NO_SUPPORT, safe_margin
 
 PREFIX = "scene"

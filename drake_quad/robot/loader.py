@@ -1,6 +1,5 @@
 """Loads a robot: a file in, a RobotModel or a plant out, and the digest that tells robots apart."""
 
-import hashlib
 import logging
 from contextlib import nullcontext, suppress
 from dataclasses import replace
@@ -21,14 +20,15 @@ from drake_quad.robot.importer.meshes import files_of_mesh
 from drake_quad.robot.importer.normal_form import TOO_STRONG, beyond_turns
 from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, parser_reason, quiet
-from drake_quad.robot.importer.pipeline import MAPPING, find_source, import_robot
+from drake_quad.robot.importer.pipeline import MAPPING, import_robot
+from drake_quad.robot.importer.robot_source import find_source
 from drake_quad.robot.importer.sanitize import HEAVY
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
 from drake_quad.robot.importer.stated_friction import joint_friction, shapes_with_friction
 from drake_quad.robot.importer.xml_io import read_xml
 from drake_quad.robot.model import RobotModel
-from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, read_given, user_path
+from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, user_path
 
 
 def AddRobot(plant: MultibodyPlant, url: str) -> ModelInstanceIndex:
@@ -205,27 +205,3 @@ def _parse(plant: MultibodyPlant, file: str) -> ModelInstanceIndex:
         raise refuse(f"holds {len(models)} models; give a file with one")
     instance: ModelInstanceIndex = models[0]
     return instance
-
-
-# [bytes] A greater file is a mesh, whose name and size stand for it: some have tens of megabytes.
-MOST_READ = 1 << 20
-
-
-def robot_digest(model: str) -> str:
-    """Digest of a robot's file, the files that it names and its overrides, wherever they lie.
-
-    Args:
-        model: A file, a robot's name, or a `.robot.yaml` that names one.
-
-    Raises:
-        InputError: If it is not there.
-    """
-    given = find_source(model)
-    digest = hashlib.sha256(read_given(given.found.path, most=MOST_TEXT))
-    digest.update(repr(replace(given.overrides, model="")).encode())
-    for path in files_named_in(given.found.path):
-        size = path.stat().st_size
-        digest.update(f"{path.name} {size}".encode())
-        if size <= MOST_READ:
-            digest.update(read_given(path, most=MOST_READ))
-    return digest.hexdigest()[:12]

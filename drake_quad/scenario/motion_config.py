@@ -6,7 +6,7 @@ Plain dataclasses with unpostponed annotations, as those of `config.py`.
 from dataclasses import dataclass
 
 from drake_quad.planning.foothold_pattern import GAITS, WAVE
-from drake_quad.stability.equilibrium_region import KINDS
+from drake_quad.stability.margin_kinds import KINDS
 from drake_quad.util.schema import FieldBound, choice, not_negative, number, part, positive, within
 
 PREFER = ("margin", "balanced", "speed")  # what a gait is to be good at, see `GaitPreference`

@@ -5,7 +5,7 @@ Plain dataclasses with unpostponed annotations, as those of `config.py`.
 
 from dataclasses import dataclass
 
-from drake_quad.stability.equilibrium_region import KINDS
+from drake_quad.stability.margin_kinds import KINDS
 from drake_quad.util.schema import choice, not_negative, number, within
 
 

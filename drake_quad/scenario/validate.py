@@ -18,7 +18,7 @@ from drake_quad.scenario.config import (
     Scenario,
 )
 from drake_quad.scenario.motion_config import DUTY_REMEDY, LEAST_DUTY, PREFER
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import LONGEST
 from drake_quad.util.schema import check_fields
 

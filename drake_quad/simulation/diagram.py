@@ -47,7 +47,7 @@ from drake_quad.simulation.plant import (
     feedforward_strength,
 )
 from drake_quad.simulation.prepared import PreparedScenario
-from drake_quad.stability.equilibrium_region import HULL, stricter
+from drake_quad.stability.margin_kinds import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances
 from drake_quad.systems.joint_contact_estimator import standing_torque

@@ -350,12 +350,3 @@ def static_region(contacts: Contacts) -> Region:
     if is_hull(contacts):
         return Region(support_polygon(contacts.places[:, :2]))
     return find_region(contacts)
-
-
-# The convex hull of the feet; the region of balance within friction; within torque limits, too.
-HULL, FRICTION, FEASIBLE = KINDS = ("hull", "friction", "feasible")
-
-
-def stricter(one: str, other: str) -> str:
-    """The stricter of two kinds of margin; measuring it yields the other as well."""
-    return max(one, other, key=KINDS.index)

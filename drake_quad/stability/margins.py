@@ -20,8 +20,6 @@ from drake_quad.stability.capture_point import (
     push_budget,
 )
 from drake_quad.stability.equilibrium_region import (
-    FEASIBLE,
-    HULL,
     NEARLY,
     Contacts,
     WrenchDemand,
@@ -31,6 +29,7 @@ from drake_quad.stability.equilibrium_region import (
     static_region,
 )
 from drake_quad.stability.leg_stroke import leg_stroke_left
+from drake_quad.stability.margin_kinds import FEASIBLE, HULL
 
 WAYS = directions(16)
 BEARING = 0.5

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from drake_quad.robot.loader import robot_digest
+from drake_quad.robot.digest import robot_digest
 from drake_quad.sweep.sampling import support_of
 from drake_quad.sweep.study import Base, Study
 from drake_quad.sweep.study_loading import as_plain, overrides_of

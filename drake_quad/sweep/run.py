@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
 from drake_quad.errors import DrakeQuadError, InputError
-from drake_quad.robot.loader import robot_digest
+from drake_quad.robot.digest import robot_digest
 from drake_quad.simulation.precompile import kernels_for, precompiling
 from drake_quad.sweep.executors import Work, run_local
 from drake_quad.sweep.findings import summarize_sweep

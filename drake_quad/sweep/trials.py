@@ -249,7 +249,7 @@ def work(trial: Trial) -> Result:
         MachineError: If the trial cannot be carried out because of this machine.
     """
     # Imported here, so that a process that only reads results need not wait.
-    from drake_quad.robot.loader import robot_digest
+    from drake_quad.robot.digest import robot_digest
     from drake_quad.scenario.load import scenario_text
     from drake_quad.simulation.run import simulate
 

@@ -9,7 +9,8 @@ from pydrake.systems.framework import Context, DiscreteValues, EventStatus, Leaf
 from drake_quad.common import FloatArray
 from drake_quad.estimation.sensor_models import CONTACTS_SIZE, FORCES, OTHERS, PLACES, SLIPS
 from drake_quad.robot.state import StateLayout
-from drake_quad.stability.equilibrium_region import AT_REST, HULL
+from drake_quad.stability.equilibrium_region import AT_REST
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.stability.margins import (
     FALL_TIME,
     FALLEN_TILT,

@@ -27,7 +27,7 @@ from drake_quad import __version__
 from drake_quad.cli import main as cli, robots as cli_robots
 from drake_quad.cli.common import claim, claim_apart, claim_file
 from drake_quad.errors import InputError
-from drake_quad.feasibility import chart as chart_grid, check_request as check_command
+from drake_quad.feasibility import chart as chart_grid, work_out
 from drake_quad.feasibility.chart import Span, grid_of
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_request import CheckRequest, run_check
@@ -86,8 +86,8 @@ def test_a_disk_that_fills_while_it_is_designed_loses_no_answer(
     """The yes is told before anything is written; the line names the option that asked for it."""
     designed = SimpleNamespace(scenario=Scenario())
     yes: Any = Feasibility(Scenario(), designed, "", {})  # type: ignore[arg-type]
-    monkeypatch.setattr(check_command, "check_flight", lambda *_, **__: yes)
-    monkeypatch.setattr(check_command, "feasibility_report", lambda *_, **__: {"answer": "Yes"})
+    monkeypatch.setattr(work_out, "check_flight", lambda *_, **__: yes)
+    monkeypatch.setattr(work_out, "feasibility_report", lambda *_, **__: {"answer": "Yes"})
     monkeypatch.setattr(
         "drake_quad.feasibility.check_picture.draw_check", lambda *_: SimpleNamespace()
     )

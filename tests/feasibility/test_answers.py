@@ -2,6 +2,8 @@
 
 import errno
 import json
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ from rig import URL
 from typer.testing import CliRunner
 
 from drake_quad.cli.main import app
-from drake_quad.feasibility import answers, check_request
+from drake_quad.feasibility import answers, work_out
 from drake_quad.feasibility.answers import MOST_ANSWERS, answer_key, recall, remember
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.scenario.load import scenario_text
@@ -37,7 +39,7 @@ def designs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         made.append(model)
         return found()
 
-    monkeypatch.setattr(check_request, "check_flight", design)
+    monkeypatch.setattr(work_out, "check_flight", design)
     return made
 
 
@@ -60,6 +62,25 @@ def test_the_same_question_has_the_same_answer_without_a_design(
     run_check(replace(ASKED, turn=-90.0), remembered=True)
     run_check(ASKED, remembered=True, picture=tmp_path / "a.svg")  # which is of the plan itself
     assert designs == [URL] * 4
+
+
+def test_a_remembered_answer_is_given_without_drake(designs: list[str]) -> None:
+    """To load Drake, and what designs a gait, takes a second: an answer needs a third of one."""
+    run_check(ASKED, remembered=True)
+    heavy = ("pydrake", "numba", "scipy", "piqp", "matplotlib")
+    program = (
+        "import sys\n"
+        "from drake_quad.cli.main import main\n"
+        "try:\n"
+        "    main()\n"
+        "finally:\n"
+        f"    print([name for name in {heavy} if name in sys.modules])\n"
+    )
+    asked = ["--rise", str(RISE), "--run", str(RUN), "--count", str(COUNT)]
+    command = [sys.executable, "-c", program, "check", URL, *asked]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    assert "remembered; --anew" in ended.stdout and ended.stdout.endswith("\n[]\n")
 
 
 def test_what_an_answer_depends_on_is_part_of_its_key(

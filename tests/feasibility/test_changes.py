@@ -12,7 +12,7 @@ from rig import URL, paper_robot
 import drake_quad as dq
 from drake_quad.cli.check_answer import print_next
 from drake_quad.errors import InputError
-from drake_quad.feasibility import check_request
+from drake_quad.feasibility import work_out
 from drake_quad.feasibility.changes import (
     KINDS_OF_CHANGE,
     Case,
@@ -122,7 +122,7 @@ def test_the_command_tells_the_changes_instead_of_the_nearest_stairs(
     """A row each, with what was tried in vain; JSON has the same figures."""
     monkeypatch.setattr(Feasibility, "changes", lambda *_, **__: TOLD)
     monkeypatch.setattr(Feasibility, "nearest", lambda *_, **__: pytest.fail("sought"))
-    monkeypatch.setattr(check_request, "check_flight", asked)
+    monkeypatch.setattr(work_out, "check_flight", asked)
     told: dict[str, Any] = run_check(CheckRequest(URL, rise=1.9, run=RUN), changes=True)
     kinds = [one["kind"] for one in told["changes"]]
     assert told["nearest"] is None and kinds == ["legs", "torque"]

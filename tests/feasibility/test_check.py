@@ -25,9 +25,9 @@ from drake_quad.feasibility.check_report import (
     _close,
     feasibility_report,
     limit_of,
-    treads_in_words,
 )
 from drake_quad.feasibility.check_request import CheckRequest, run_check
+from drake_quad.feasibility.check_words import treads_in_words
 from drake_quad.feasibility.flight import Around, make_stairs_scenario
 from drake_quad.feasibility.robot_picture import save_picture
 from drake_quad.gait_design import choose_gait as choose, designer

@@ -14,7 +14,7 @@ from rig import URL, paper_robot
 import drake_quad as dq
 from drake_quad.cli import robots as cli_robots
 from drake_quad.cli.check_answer import print_next
-from drake_quad.feasibility import check as check_nearest, check_request as check_command
+from drake_quad.feasibility import check as check_nearest, work_out
 from drake_quad.feasibility.check import Feasibility, check_flight
 from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with_nearest
 from drake_quad.feasibility.check_request import CheckRequest, run_check
@@ -39,7 +39,7 @@ def test_a_no_is_told_with_its_reason_before_the_nearest_is_sought(
         happened.append("told")
 
     monkeypatch.setattr(Feasibility, "nearest", near)
-    monkeypatch.setattr(check_command, "check_flight", asked)
+    monkeypatch.setattr(work_out, "check_flight", asked)
     question = CheckRequest(URL, rise=1.9, run=RUN, count=COUNT)
     told = run_check(question, first=first)
     assert happened == ["told", "sought"] and told["nearest"] == {"rise": 0.2, "run": RUN}

@@ -31,7 +31,7 @@ from drake_quad.gait_design.tempo import (
 )
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.zmp import sample_zmp
-from drake_quad.stability.equilibrium_region import FRICTION
+from drake_quad.stability.margin_kinds import FRICTION
 from drake_quad.stability.safety import safe_margin
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.terrain.elements import Stairs

@@ -30,7 +30,7 @@ from drake_quad.robot.kinematics import calc_com, calc_feet
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.config import Scenario
-from drake_quad.stability.equilibrium_region import FRICTION
+from drake_quad.stability.margin_kinds import FRICTION
 from drake_quad.terrain.elements import Stairs
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=12, max_size=12)

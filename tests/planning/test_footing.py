@@ -32,18 +32,14 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.plan_report import describe_plan
 from drake_quad.stability.equilibrium_region import (
-    FEASIBLE,
-    FRICTION,
-    HULL,
-    KINDS,
     are_hulls,
     find_region,
     is_hull,
     joint_limits,
     leg_limits,
     make_contacts,
-    stricter,
 )
+from drake_quad.stability.margin_kinds import FEASIBLE, FRICTION, HULL, KINDS, stricter
 from drake_quad.terrain.course import Course, ground_normals
 from drake_quad.terrain.elements import Element
 

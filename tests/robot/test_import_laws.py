@@ -11,7 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from synthetic_robot import Quadruped
 
 from drake_quad.robot.importer.parse import parse
-from drake_quad.robot.importer.pipeline import MAPPING, find_source
+from drake_quad.robot.importer.pipeline import MAPPING
+from drake_quad.robot.importer.robot_source import find_source
 from drake_quad.robot.kinematics import calc_com, calc_feet, solve_legs
 from drake_quad.robot.loader import MakeModelPlant, load_robot
 from drake_quad.robot.model import RobotModel

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from drake_quad.robot.loader import MOST_READ, robot_digest
+from drake_quad.robot.digest import MOST_READ, robot_digest
 
 MODEL = '<mujoco><include file="legs.xml"/><asset><mesh file="trunk.obj"/></asset></mujoco>'
 

@@ -22,15 +22,8 @@ from test_region import NEAR, UNIT, random_contacts
 from drake_quad.common import FloatArray
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.runs.planned_columns import Ground, plan_regions
-from drake_quad.stability.equilibrium_region import (
-    AT_REST,
-    FEASIBLE,
-    FRICTION,
-    HULL,
-    find_region,
-    is_hull,
-    static_region,
-)
+from drake_quad.stability.equilibrium_region import AT_REST, find_region, is_hull, static_region
+from drake_quad.stability.margin_kinds import FEASIBLE, FRICTION, HULL
 from drake_quad.stability.margins import MarginEstimator, Margins, demand_of
 from drake_quad.stability.support_polygon import stability_margin
 from drake_quad.systems.stability_monitor import NO_SUPPORT, StabilityMonitor

@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 IMPORTED = (
     "drake_quad.cli.main",
     "drake_quad.simulation.run",
-    "drake_quad.feasibility.check_request",
+    "drake_quad.feasibility.work_out",
     "drake_quad.sweep.run",
     "drake_quad.report.page",
     "drake_quad.feasibility.chart",

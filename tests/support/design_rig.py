@@ -16,7 +16,7 @@ from drake_quad.gait_design.kernels import slacks
 from drake_quad.gait_design.objective import NAMES, robot_tables, wanted_with_tolerance
 from drake_quad.robot.model import LinkOutline, link_outline_of
 from drake_quad.scenario.config import Scenario
-from drake_quad.stability.equilibrium_region import HULL
+from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import Stairs
 
 MODEL = "package://drake_quad_models/paper_quadruped.urdf"

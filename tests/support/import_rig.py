@@ -17,11 +17,11 @@ from drake_quad.robot.importer.parse import grow_tree, parse
 from drake_quad.robot.importer.pipeline import (
     MAPPING,
     collision_shapes,
-    find_source,
     make_mapping,
     normal_robot,
     write_robot,
 )
+from drake_quad.robot.importer.robot_source import find_source
 from drake_quad.robot.loader import MakeModelPlant
 
 

@@ -5,15 +5,17 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from drake_quad.errors import InputError
-from drake_quad.robot.importer.raw_robot import JointLimits
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.util.files import MOST_YAML, read_given_text
 from drake_quad.util.yaml_io import bare_as_numbers, parse_yaml
+
+if TYPE_CHECKING:  # what it stands beside takes Drake, which a file's name and digest do without
+    from drake_quad.robot.importer.raw_robot import JointLimits
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class Overrides:
         """-1 for backward, +1 for forward, 0 if not given."""
         return {"": 0.0, "backward": -1.0, "forward": 1.0}[self.knees.get(short, "")]
 
-    def applied(self, limits: JointLimits, *, short: str, names: list[str]) -> JointLimits:
+    def applied(self, limits: "JointLimits", *, short: str, names: list[str]) -> "JointLimits":
         """The limits of one leg with these overrides.
 
         Args:

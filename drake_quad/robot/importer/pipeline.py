@@ -5,7 +5,6 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,12 +28,13 @@ from drake_quad.robot.importer.collision import (
 from drake_quad.robot.importer.meshes import have_trimesh
 from drake_quad.robot.importer.normal_form import NormalRobot, normalise
 from drake_quad.robot.importer.output import make_urdf, write_visuals
-from drake_quad.robot.importer.overrides import Overrides, is_yaml, read_overrides
+from drake_quad.robot.importer.overrides import Overrides
 from drake_quad.robot.importer.parse import PARSER_ERRORS, Parsed, parse, parser_reason, quiet
 from drake_quad.robot.importer.raw_robot import APPROXIMATED, GeometryInstance, Note
 from drake_quad.robot.importer.read_robot import read_robot
-from drake_quad.robot.importer.sources import Found, files_named_in, find_robot
-from drake_quad.util.files import CACHE_VARIABLE, MOST_TEXT, cache_directory, is_given, read_given
+from drake_quad.robot.importer.robot_source import RobotSource
+from drake_quad.robot.importer.sources import files_named_in
+from drake_quad.util.files import CACHE_VARIABLE, MOST_TEXT, cache_directory, read_given
 
 
 def check_overrides(robot: NormalRobot, overrides: Overrides, *, source: str) -> None:
@@ -118,57 +118,9 @@ def make_mapping(robot: NormalRobot, notes: list[Note], *, source: str) -> dict[
 MAPPING = "drake_quad_mapping.yaml"  # beside every file that is written here
 
 
-@dataclass(frozen=True)
-class RobotSource:
-    """What a person gave as a robot: its file, and its overrides.
-
-    Attributes:
-        found: The robot's own file.
-        overrides: Overrides of a `.robot.yaml`; none without one.
-        source: Name of the robot as given, for errors.
-    """
-
-    found: Found
-    overrides: Overrides
-    source: str
-
-
 def robots_directory() -> Path:
     """Where imported robots are kept."""
     return cache_directory() / "robots"
-
-
-def find_source(model: str) -> RobotSource:
-    """What `model` means: a file, a robot's name, or a `.robot.yaml` that names one.
-
-    Raises:
-        InputError: If it is not there.
-    """
-    found = find_robot(model)
-    if not is_yaml(found.path):
-        return RobotSource(found, Overrides(), model)
-    overrides = read_overrides(found.path)
-    own = _named_in(found.path, overrides.model)
-    name = overrides.name or found.name
-    return RobotSource(Found(own.path, model, name), overrides, model)
-
-
-def _named_in(yaml_path: Path, inner: str) -> Found:
-    """The robot's own file, which a `.robot.yaml` names as `inner`."""
-
-    def refuse(remedy: str) -> InputError:
-        return InputError(source=yaml_path.name, field="model", value=inner, remedy=remedy)
-
-    beside = yaml_path.parent / inner
-    try:
-        own = find_robot(str(beside) if "://" not in inner and is_given(beside) else inner)
-    except InputError as error:
-        raise refuse(f"{error.remedy} (relative to {yaml_path.parent})") from None
-    except OSError as error:  # a name longer than any file's
-        raise refuse(f"cannot be read as a robot: {error.strerror}") from None
-    if is_yaml(own.path):
-        raise refuse("names another .robot.yaml; name the robot's own URDF, SDF or MJCF")
-    return own
 
 
 def import_robot(given: RobotSource) -> Path:
