@@ -61,6 +61,7 @@ READ_BY_DRAKE = {
         "designer",
         "plan_candidates",
         "quicken",
+        "short_course",
         "speed_curve",
         "tempo",
         "tempo_search",

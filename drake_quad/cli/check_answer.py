@@ -71,6 +71,9 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     if told.get("remembered"):
         line = f"(found on {told['remembered']} and remembered; --anew designs the gait anew)"
         console.print(Text(line), soft_wrap=True)
+    if told["stopped"]:
+        line = "(stopped: the search for a quicker gait had not ended)"
+        console.print(Text(line), soft_wrap=True)
     console.print(Text(_next(told)), soft_wrap=True)
     if not told["feasible"] and told["changes"] is None and "scenario" not in told["asked"]:
         line = "for the least change that would make it a yes: the same with --changes"

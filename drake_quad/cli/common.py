@@ -49,10 +49,16 @@ STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
-def interruptible(err: Console) -> Iterator[Callable[[], bool]]:
+def interruptible(
+    err: Console, words: str = "stopping; writing what was logged"
+) -> Iterator[Callable[[], bool]]:
     """Turns Ctrl-C, a polite kill or a closed terminal into a stop.
 
     A second Ctrl-C is an interrupt as usual.
+
+    Args:
+        err: Where the first is answered.
+        words: The answer.
     """
     seen = False
 
@@ -60,7 +66,7 @@ def interruptible(err: Console) -> Iterator[Callable[[], bool]]:
         nonlocal seen
         seen = True
         with suppress(OSError):  # the terminal may be gone
-            err.print("\nstopping; writing what was logged")
+            err.print(f"\n{words}")
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
     before = [(number, signal.signal(number, note)) for number in STOPS]

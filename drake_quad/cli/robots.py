@@ -1,6 +1,8 @@
 """The commands about a robot and stairs: `inspect`, `check` and `chart`."""
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -189,10 +191,21 @@ def check(
             print_check(told, console)
         said = True
 
+    hint = ""
+
+    @contextmanager
+    def quickening() -> Iterator[Callable[[], bool]]:
+        nonlocal hint
+        with interruptible(MESSAGES, "stopping; the answer is the best gait so far") as stop:
+            hint = " (Ctrl-C: answer with the best so far)"
+            yield stop
+            hint = ""
+
     with MESSAGES.status("designing a gait") as status:
         told = dq.run_check(
             asked, save=save, proof=proof, picture=picture, curve=curve, nearest=nearest,
-            changes=changes, workers=workers, remembered=not anew, first=say, note=status.update,
+            changes=changes, workers=workers, remembered=not anew, first=say,
+            note=lambda words: status.update(words + hint), stopping=quickening,
         )  # fmt: skip
     if proof is not None and told["proof"] is None:
         why = "there is a plan" if told["feasible"] else "no proof was found"

@@ -42,6 +42,7 @@ from drake_quad.terrain.elements import Stairs
 from drake_quad.util.files import user_path
 from drake_quad.util.html import html_table
 from drake_quad.util.parallel import map_in_processes
+from drake_quad.util.stopping import Stopping, never
 
 MOST_MARGIN = GaitPreference()
 
@@ -60,6 +61,7 @@ class Feasibility:
         around: What is around the flight.
         preference: What the gait was to be good at.
         slow: The gait that was found for margin, of which the designed one has other times.
+        stopped: Whether the search for a quicker gait was stopped before it ended.
     """
 
     scenario: Scenario
@@ -71,6 +73,7 @@ class Feasibility:
     around: Around = AS_USUAL
     preference: GaitPreference = MOST_MARGIN
     slow: Designed | None = None
+    stopped: bool = False
 
     @property
     def feasible(self) -> bool:
@@ -328,6 +331,7 @@ def check_flight(
     thorough: bool = True,
     robot: RobotModel | None = None,
     note: Callable[[str], object] = lambda _: None,
+    stopping: Stopping = never,
 ) -> Feasibility:
     """Whether a robot climbs a flight up and down.
 
@@ -340,7 +344,8 @@ def check_flight(
         nearest: Whether a reason says which rise would work; that takes a while.
         thorough: Whether to look for a good gait, or any that a quick search finds.
         robot: The robot of that name, if it is loaded already.
-        note: Receives a line while a quicker gait is looked for.
+        note: Receives a line about what is being done.
+        stopping: Entered while a quicker gait is looked for; says whether the best so far will do.
 
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
@@ -359,6 +364,7 @@ def check_flight(
             nearest=nearest,
             thorough=thorough,
             note=note,
+            stopping=stopping,
         )
     except InputError as error:
         # The course's fields are the options' here.
@@ -378,6 +384,7 @@ def design_for_course(
     preference: GaitPreference = MOST_MARGIN,
     nearest: bool = True,
     note: Callable[[str], object] = lambda _: None,
+    stopping: Stopping = never,
 ) -> Feasibility:
     """Whether a robot climbs the course of a scenario, with a gait of its own.
 
@@ -387,7 +394,8 @@ def design_for_course(
         margin: Region that the plan's margin is measured in, one of `KINDS`.
         preference: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
-        note: Receives a line before a quicker gait is looked for.
+        note: Receives a line about what is being done.
+        stopping: Entered while a quicker gait is looked for; says whether the best so far will do.
 
     Raises:
         InputError: If robot or scenario cannot be used.
@@ -406,7 +414,10 @@ def design_for_course(
     )
     asked.robot.model = _whole_path(model)
     asked.gait.margin = margin
-    return _design(asked, robot, source=scenario, preference=preference, nearest=nearest, note=note)
+    return _design(
+        asked, robot, source=scenario, preference=preference, nearest=nearest, note=note,
+        stopping=stopping,
+    )  # fmt: skip
 
 
 def _design(
@@ -417,7 +428,8 @@ def _design(
     preference: GaitPreference,
     nearest: bool,
     thorough: bool = True,
-    note: Callable[[str], object] = lambda _: None,
+    note: Callable[[str], object],
+    stopping: Stopping,
 ) -> Feasibility:
     """Designs a gait for a scenario, and its times as is preferred, or says why there is none.
 
@@ -426,20 +438,28 @@ def _design(
     """
     try:
         designed = design_scenario(
-            scenario, source=source, nearest=nearest, thorough=thorough, robot=robot
+            scenario, source=source, nearest=nearest, thorough=thorough, robot=robot, note=note
         )
     except PlanningError as error:
         return Feasibility(
             scenario, None, error.reason, dict(error.data), robot, preference=preference
         )
-    begun = f"found a gait that keeps {1e3 * designed.margin:.0f} mm of margin"
-    if preference.quick:
+    if not preference.quick:
+        return Feasibility(
+            designed.scenario, designed, "", {}, robot, preference=preference, slow=designed
+        )
+    begun, slow = f"found a gait that keeps {1e3 * designed.margin:.0f} mm of margin", designed
+    with stopping() as stop:
         note(f"{begun}; looking for a quicker one")
-    slow = designed
-    designed = find_quicker(
-        slow, robot, preference, source=source, note=lambda words: note(f"{begun}; {words}")
-    )
-    return Feasibility(designed.scenario, designed, "", {}, robot, preference=preference, slow=slow)
+        designed = find_quicker(
+            slow, robot, preference, source=source, note=lambda words: note(f"{begun}; {words}"),
+            stop=stop,
+        )  # fmt: skip
+        stopped = stop()
+    return Feasibility(
+        designed.scenario, designed, "", {}, robot, preference=preference, slow=slow,
+        stopped=stopped,
+    )  # fmt: skip
 
 
 def _whole_path(model: str) -> str:

@@ -93,6 +93,7 @@ def feasibility_report(
         "limit": limit_of(check, robot),
         "nearest": None,
         "sought": False,
+        "stopped": check.stopped,
         "changes": None,
         "doubts": all_doubts(robot),
         "notes": assumed_of_drives_and_inertias(robot),

@@ -11,6 +11,7 @@ from drake_quad.feasibility.answers import answer_key, recall
 from drake_quad.gait_design.preference import BALANCE, GaitPreference
 from drake_quad.stability.margin_kinds import HULL
 from drake_quad.util.files import write_whole
+from drake_quad.util.stopping import Stopping, never
 
 RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
 
@@ -73,6 +74,7 @@ def run_check(
     remembered: bool = False,
     first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
+    stopping: Stopping = never,
 ) -> dict[str, Any]:
     """Answers the question, as `feasibility_report` has it.
 
@@ -93,6 +95,8 @@ def run_check(
         first: Receives the answer, with the reason of a no, before the search for the nearest
             stairs and before any file is written.
         note: Receives a line about what is being done.
+        stopping: Entered while a quicker gait is looked for. What it yields says whether the best
+            so far will do; such an answer has `stopped` and is not remembered.
 
     Raises:
         InputError: If anything given cannot be used, before any long work; or a file cannot be
@@ -113,7 +117,7 @@ def run_check(
 
     return work_out(
         asked, save=save, proof=proof, picture=picture, curve=curve, nearest=nearest,
-        changes=changes, workers=workers, key=key, first=first, note=note,
+        changes=changes, workers=workers, key=key, first=first, note=note, stopping=stopping,
     )  # fmt: skip
 
 

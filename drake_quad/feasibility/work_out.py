@@ -27,6 +27,7 @@ from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import Stairs
 from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers
+from drake_quad.util.stopping import Stopping, never
 
 
 def work_out(
@@ -42,6 +43,7 @@ def work_out(
     key: str = "",
     first: Callable[[dict[str, Any]], object] = lambda _: None,
     note: Callable[[str], object] = lambda _: None,
+    stopping: Stopping = never,
 ) -> dict[str, Any]:
     """Answers the question, as `feasibility_report` has it.
 
@@ -61,6 +63,7 @@ def work_out(
         first: Receives the answer, with the reason of a no, before the search for the nearest
             stairs and before any file is written.
         note: Receives a line about what is being done.
+        stopping: See `check_flight`.
 
     Raises:
         InputError: If anything given cannot be used, before any long work; or a file cannot be
@@ -105,6 +108,7 @@ def work_out(
             preference=asked.preference,
             nearest=nearest,
             note=note,
+            stopping=stopping,
         )
     else:
         question = {**stairs.fields(), **known}
@@ -117,6 +121,7 @@ def work_out(
             nearest=False,
             robot=robot,
             note=note,
+            stopping=stopping,
         )
     if asked.margin != HULL:
         question["margin"] = asked.margin
@@ -125,7 +130,7 @@ def work_out(
     question |= {k: getattr(asked, k) for k in liked if getattr(asked, k) != getattr(usual, k)}
     report = feasibility_report(check, robot, source=asked.robot, asked=question)
     report = with_proof(report, check.proof) | {"remembered": None}
-    if check.designed is not None and key:
+    if check.designed is not None and key and not check.stopped:
         remember(key, report, scenario_text(check.designed.scenario))
     first(report)
     if check.proof is not None and proof is not None:

@@ -26,6 +26,7 @@ from drake_quad.gait_design.choose_gait import (
 from drake_quad.gait_design.designed import POOR, Designed, plan_design
 from drake_quad.gait_design.plan_candidates import TOUCHES, Gait, doubt_gait, plan_any, plan_gaits
 from drake_quad.gait_design.search import QUICK, SEARCH_SETTINGS, SearchSettings, swing_clearance
+from drake_quad.gait_design.short_course import ShortFirst
 from drake_quad.gait_design.tempo_search import GaitChoice
 from drake_quad.planning.mission import HELD_BY_FRICTION
 from drake_quad.robot.loader import load_robot
@@ -161,6 +162,7 @@ def design_scenario(
     thorough: bool = True,
     robot: RobotModel | None = None,
     turning_space: float = TURNING_SPACE,
+    note: Callable[[str], object] = lambda _: None,
 ) -> Designed:
     """Designs the gait for a scenario's robot and course.
 
@@ -176,33 +178,34 @@ def design_scenario(
         thorough: Whether to look for a good gait. If not, any that a quick search finds will do.
         robot: The scenario's, if it is at hand: to read it takes a while, too.
         turning_space: Length and width of the smallest landing that it may turn on [m].
+        note: Receives a line before a gait is planned on the course.
 
     Raises:
         InputError: If robot or course cannot be used.
         PlanningError: If no gait climbs it: what is short by how much, and what would work.
     """
     robot = robot or load_robot(scenario.robot.model)
-    course = course_of(
-        scenario, source=source, foot_radius=robot.foot_radius, turning_space=turning_space
+    build = partial(
+        course_of, source=source, foot_radius=robot.foot_radius, turning_space=turning_space
     )
+    course = build(scenario)
     scenario = count_on_slopes(scenario, course)
     stepped = copy.deepcopy(scenario)
     stepped.gait.deep_tread = round(DEEP * leg_length(robot), 3)
+    design = partial(_design, robot=robot, course=course, build=build, source=source, note=note)
     if len(flights_of(course, stepped.gait.deep_tread)) == len(flights_of(course)):
-        return _design(scenario, robot, course, source=source, nearest=nearest, thorough=thorough)
+        return design(scenario, nearest=nearest, thorough=thorough)
     best: Designed | None = None
     try:
-        best = _design(scenario, robot, course, source=source, nearest=False, thorough=thorough)
+        best = design(scenario, nearest=False, thorough=thorough)
         if best.quality >= POOR or not thorough:
             return best
-        other = _design(stepped, robot, course, source=source, nearest=False)
+        other = design(stepped, nearest=False, thorough=True)
     except PlanningError:
         if best is not None:
             return best
         try:
-            return _design(
-                stepped, robot, course, source=source, nearest=nearest, thorough=thorough
-            )
+            return design(stepped, nearest=nearest, thorough=thorough)
         except PlanningError as error:
             raise PlanningError(error.reason, **error.data, deep=True) from None
     return max(best, other, key=lambda d: d.quality)
@@ -228,9 +231,11 @@ def _design(
     robot: RobotModel,
     course: Course,
     *,
+    build: Callable[[Scenario], Course],
     source: str,
     nearest: bool,
-    thorough: bool = True,
+    thorough: bool,
+    note: Callable[[str], object],
 ) -> Designed:
     """See `design_scenario`; which flights are walked as such is the scenario's to say.
 
@@ -239,15 +244,14 @@ def _design(
     Raises:
         PlanningError: As there.
     """
+    design = partial(
+        _design_for, scenario, robot, course, build=build, source=source, thorough=thorough,
+        note=note,
+    )  # fmt: skip
     if scenario.gait.map_error_place > 0.0:
         with suppress(PlanningError):
-            return _design_for(
-                scenario, robot, course, scenario.gait.map_error_place,
-                source=source, nearest=False, thorough=thorough,
-            )  # fmt: skip
-    return _design_for(
-        scenario, robot, course, 0.0, source=source, nearest=nearest, thorough=thorough
-    )
+            return design(scenario.gait.map_error_place, nearest=False)
+    return design(0.0, nearest=nearest)
 
 
 def _design_for(
@@ -256,13 +260,17 @@ def _design_for(
     course: Course,
     map_error: float,
     *,
+    build: Callable[[Scenario], Course],
     source: str,
     nearest: bool,
     thorough: bool,
+    note: Callable[[str], object],
 ) -> Designed:
     """See `_design`, for risers that may be off by `map_error` [m]."""
     shape = link_outline_of(robot)
     flights = flights_of(course, scenario.gait.deep_tread)
+    plan = partial(plan_design, robot=robot, shape=shape, source=source)
+    on_course = ShortFirst(course, build, plan, note)
     best: Designed | None = None
     refused: PlanningError | None = None
     nearest_gait: Design | None = None
@@ -274,14 +282,14 @@ def _design_for(
                 nearest_gait = design
             if design.feasible:
                 filled = fill_in(scenario, robot, design, [s.run for s in flights])
-                plan = partial(
-                    plan_design, design=design, robot=robot, shape=shape, course=course,
-                    source=source,
+                yield Gait(
+                    design.score, filled, partial(on_course.plan, design=design),
+                    partial(doubt, design=design),
                 )  # fmt: skip
-                doubt = partial(
-                    doubt_gait, design=design, robot=robot, course=course, source=source
-                )
-                yield Gait(design.score, filled, plan, doubt)
+
+    def doubt(filled: Scenario, design: Design) -> PlanningError | None:
+        short, its_course = on_course.shorten(filled)
+        return doubt_gait(short, design=design, robot=robot, course=its_course, source=source)
 
     leg = leg_length(robot)
     if not thorough:

@@ -24,7 +24,13 @@ from drake_quad.gait_design.tempo import (
     tread_way,
     usual_tempo,
 )
-from drake_quad.gait_design.tempo_search import ENOUGH, WORTH, GaitChoice, TempoSearch
+from drake_quad.gait_design.tempo_search import (
+    ENOUGH,
+    WORTH,
+    GaitChoice,
+    SearchStoppedError,
+    TempoSearch,
+)
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of, mission_of
@@ -62,6 +68,7 @@ def find_quicker(
     *,
     source: str = "scenario",
     note: Callable[[str], object] = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Designed:
     """`quicken` of a gait, with all others for its course that go farther in a cycle, or as far.
 
@@ -71,9 +78,10 @@ def find_quicker(
         preference: What it is to be good at.
         source: What an error names.
         note: Receives a line after each trial of a gait's times.
+        stop: Whether the best so far is to be the answer, asked before each trial.
     """
     return quicken(
-        designed, robot, preference, source=source, note=note,
+        designed, robot, preference, source=source, note=note, stop=stop,
         others=lambda worth: design_longer(
             designed, robot, as_long=preference.less_margin, worth=worth, source=source
         ),
@@ -88,6 +96,7 @@ def quicken(
     others: Callable[[Callable[[float], bool]], Iterable[GaitChoice]] = lambda _: (),
     source: str = "scenario",
     note: Callable[[str], object] = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Designed:
     """The designed gait, or another, with times as is preferred; the same if none are better.
 
@@ -99,6 +108,7 @@ def quicken(
             drawn that is not needed. It is told which are of interest that go so many times as far.
         source: What an error names.
         note: Receives a line after each trial of a gait's times.
+        stop: Whether the best so far is to be the answer, asked before each trial.
     """
     course = course_of(designed.scenario, source=source, foot_radius=robot.foot_radius)
     if not preference.quick or not flights_of(course, designed.scenario.gait.deep_tread):
@@ -127,9 +137,13 @@ def quicken(
         if preference.dynamic:
             moving = balanced_by_motion(gait.scenario)
             gait = GaitChoice(moving, gait.design, planned=gait.planned)
-        search = TempoSearch(gait, designed, robot, own, source, note)
+        search = TempoSearch(gait, designed, robot, own, source, note, stop)
         for margins in kept:
-            found = search.quickest(preference.speed, speed, margins)
+            try:
+                found = search.quickest(preference.speed, speed, margins)
+            except SearchStoppedError:
+                known = search.so_far
+                found = known if known is not None and known.speed > speed else None
             if found is None:
                 continue
             if preference.dynamic:
@@ -137,7 +151,7 @@ def quicken(
             elif proven.as_good(found.designed):
                 certificate = proven.certificate(found.designed)
                 best, speed = replace(found.designed, certificate=certificate), found.speed
-        if preference.speed is not None and speed >= ENOUGH * preference.speed:
+        if stop() or (preference.speed is not None and speed >= ENOUGH * preference.speed):
             break
     return best
 

@@ -68,6 +68,10 @@ class GaitChoice:
     planned: bool = False
 
 
+class SearchStoppedError(Exception):
+    """Nobody wants to wait for another trial."""
+
+
 @dataclass(eq=False)
 class Trials:
     """The trials with one ratio of swings, at one height of the body, whose paths seek one margin.
@@ -103,6 +107,7 @@ class TempoSearch:
         kept: RequiredMargins,
         source: str,
         note: Callable[[str], object] = lambda _: None,
+        stop: Callable[[], bool] = lambda: False,
     ) -> None:
         """Takes the gait, and what it is measured by.
 
@@ -113,9 +118,11 @@ class TempoSearch:
             kept: The margins that are to be kept.
             source: What an error names.
             note: Receives a line after each trial.
+            stop: Whether no other trial is to be made, asked before each.
         """
         self._gait, self._slow, self._robot, self._source = gait, slow, robot, source
-        self._note = note
+        self._note, self._stop = note, stop
+        self.so_far: TempoTrial | None = None  # the quickest plan of all that keeps enough
         self._moving = gait.scenario.body.balance == "dynamic"
         self._kept, self._most = kept, inf
         course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
@@ -140,6 +147,9 @@ class TempoSearch:
             enough: A speed that is enough [m/s], if there is one.
             faster_than: A speed that is of no interest, or any lower one [m/s].
             kept: The margins that are to be kept, from now on; as before if None.
+
+        Raises:
+            SearchStoppedError: It is stopped before it ends; see `so_far`.
         """
         self._kept = self._kept if kept is None else kept
         # A speed that is asked for has to be met by all of them.
@@ -238,9 +248,12 @@ class TempoSearch:
             return None
         trials = self._trials.setdefault(stretch, Trials())
         if switch not in trials.known:
+            if self._stop():
+                raise SearchStoppedError
             tempo = replace(self._usual(stretch), switch=switch)
             found = self._calm_plan(tempo, trials.walks)
             trials.known[switch] = found
+            self._keep(found)
             if found is not None:
                 left = f"{1e3 * found.designed.margin:.0f} mm"
                 self._note(f"tried {found.speed:.3f} m/s, which leaves {left}")
@@ -248,6 +261,13 @@ class TempoSearch:
                 trials.first = found
                 trials.critical = self._critical(found) if self._parts else ()
         return trials.known[switch]
+
+    def _keep(self, found: TempoTrial | None) -> None:
+        """Remembers a plan of all tasks that keeps enough, if it is the quickest so far."""
+        if found is None or found.walks is not None or self._spare(found, self._kept) < 0.0:
+            return
+        if self.so_far is None or found.speed > self.so_far.speed:
+            self.so_far = found
 
     def _critical(self, trial: TempoTrial) -> tuple[int, ...]:
         """The tasks of a whole plan with the least margin, or nearly so, by places in it."""

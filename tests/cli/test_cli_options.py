@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,10 +19,13 @@ import pytest
 import typer
 import yaml
 from command import LONGEST, drake_quad, refused
+from design_rig import made_up
 from import_rig import write
 from rich.console import Console
+from rich.status import Status
 from rig import URL, paper_robot
 from synthetic_robot import Quadruped
+from typer.testing import CliRunner
 
 from drake_quad import __version__
 from drake_quad.cli import main as cli, robots as cli_robots
@@ -37,6 +41,7 @@ from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.config import Scenario
 from drake_quad.util.parallel import MOST_PER_CORE, check_workers
+from drake_quad.util.stopping import Stopping
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -99,6 +104,29 @@ def test_a_disk_that_fills_while_it_is_designed_loses_no_answer(
     assert [report["answer"] for report in told] == ["Yes"]
     assert caught.value.source == f"--{option}" and f"with --{option}" in caught.value.remedy
     assert "--out" not in str(caught.value)
+
+
+def test_ctrl_c_while_a_quicker_gait_is_looked_for_gives_the_best_so_far(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The answer is printed, and says so; before there is a gait Ctrl-C interrupts as ever."""
+    stopped, status = made_up(feasible=True), SimpleNamespace(told=list[str]())
+
+    def ask(*_: Any, stopping: Stopping, note: Callable[[str], object], **__: Any) -> Feasibility:
+        note("planning")
+        with stopping() as stop:
+            note("looking")
+            assert not stop()
+            signal.raise_signal(signal.SIGINT)
+            return replace(stopped, stopped=stop())
+
+    monkeypatch.setattr(work_out, "check_flight", ask)
+    monkeypatch.setattr(Status, "update", lambda _, words: status.told.append(words))
+    done = CliRunner().invoke(cli.app, ["check", URL, "--anew"])
+    assert done.exit_code == 0 and "the search for a quicker gait had not ended" in done.stdout
+    words = [told for told in status.told if told in ("planning", "looking") or "Ctrl-C" in told]
+    assert words == ["planning", "looking (Ctrl-C: answer with the best so far)"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_inspect_prints_before_it_draws(

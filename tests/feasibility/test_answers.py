@@ -64,6 +64,16 @@ def test_the_same_question_has_the_same_answer_without_a_design(
     assert designs == [URL] * 4
 
 
+def test_an_answer_that_was_stopped_is_not_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next who asks may have more time."""
+    stopped = replace(found(), stopped=True)
+    monkeypatch.setattr(work_out, "check_flight", lambda *_, **__: stopped)
+    assert run_check(ASKED, remembered=True)["stopped"]
+    monkeypatch.setattr(work_out, "check_flight", lambda *_, **__: found())
+    again = run_check(ASKED, remembered=True)
+    assert not again["stopped"] and again["remembered"] is None
+
+
 def test_a_remembered_answer_is_given_without_drake(designs: list[str]) -> None:
     """To load Drake, and what designs a gait, takes a second: an answer needs a third of one."""
     run_check(ASKED, remembered=True)

@@ -221,6 +221,17 @@ def test_a_balanced_gait_is_twice_as_quick_with_nearly_the_margin() -> None:
     assert quick.margin <= least + 1e-3  # also between the times at which plans are sampled
 
 
+def test_a_search_that_is_stopped_has_the_best_so_far() -> None:
+    """Before the first trial that is the gait found for margin, and then one that keeps enough."""
+    robot, slow, notes = paper_robot(), designed(), list[str]()
+    balanced = GaitPreference("balanced")
+    assert quicken(slow, robot, balanced, stop=lambda: True, note=notes.append) is slow
+    assert not notes
+    some = quicken(slow, robot, balanced, stop=lambda: bool(notes), note=notes.append)
+    assert len(notes) == 1 and some is not slow and some.margin >= KEPT * slow.margin
+    assert some.certificate is not None and some.certificate.failure is None
+
+
 def test_a_scenario_says_what_its_gait_is_to_be_good_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """`prefer` of a scenario that asks for a design reaches the choice of times."""
     slow, asked = designed(), []
