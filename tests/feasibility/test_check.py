@@ -221,8 +221,10 @@ def test_what_cannot_be_around_stairs_is_refused(option: dict[str, Any], words: 
 def test_the_next_command_is_quoted() -> None:
     """Names with blanks or worse are one word of a shell's command."""
     console = Console(width=200, file=io.StringIO(), record=True)
-    told = {"feasible": True, "sought": False, "saved": "a b; rm", "robot": "$(x)", "nearest": None,
-            "pace": None, "proof": None, "changes": None, "stopped": False, "asked": {}}  # fmt: skip
+    told = {
+        "feasible": True, "sought": False, "stopped": False, "saved": "a b; rm", "robot": "$(x)",
+        "nearest": None, "pace": None, "proof": None, "changes": None, "asked": {},
+    }  # fmt: skip
     print_next(told, console)
     print_next({**told, "feasible": False}, console)
     text = console.export_text()
