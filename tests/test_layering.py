@@ -64,6 +64,7 @@ READ_BY_DRAKE = {
         "short_course",
         "speed_curve",
         "tempo",
+        "tempo_planner",
         "tempo_search",
     )
 }

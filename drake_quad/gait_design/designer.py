@@ -27,7 +27,7 @@ from drake_quad.gait_design.designed import POOR, Designed, plan_design
 from drake_quad.gait_design.plan_candidates import TOUCHES, Gait, doubt_gait, plan_any, plan_gaits
 from drake_quad.gait_design.search import QUICK, SEARCH_SETTINGS, SearchSettings, swing_clearance
 from drake_quad.gait_design.short_course import ShortFirst
-from drake_quad.gait_design.tempo_search import GaitChoice
+from drake_quad.gait_design.tempo_planner import GaitChoice
 from drake_quad.planning.mission import HELD_BY_FRICTION
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import LinkOutline, RobotModel, leg_length, link_outline_of

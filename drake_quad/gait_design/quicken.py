@@ -24,13 +24,8 @@ from drake_quad.gait_design.tempo import (
     tread_way,
     usual_tempo,
 )
-from drake_quad.gait_design.tempo_search import (
-    ENOUGH,
-    WORTH,
-    GaitChoice,
-    SearchStoppedError,
-    TempoSearch,
-)
+from drake_quad.gait_design.tempo_planner import GaitChoice
+from drake_quad.gait_design.tempo_search import ENOUGH, WORTH, SearchStoppedError, TempoSearch
 from drake_quad.robot.loader import load_robot
 from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.build import course_of, mission_of

@@ -18,7 +18,8 @@ from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.pace import PlanPace, measure_pace
 from drake_quad.gait_design.preference import GaitPreference, RequiredMargins
 from drake_quad.gait_design.quicken import Proven
-from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch
+from drake_quad.gait_design.tempo_planner import GaitChoice
+from drake_quad.gait_design.tempo_search import TempoSearch
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of, mission_of
 

@@ -68,6 +68,11 @@ class Tempo:
         """How long a cycle lasts if no swing lasts longer than others [s]."""
         return 4.0 * self.swing + 2.0 * self.gap + 2.0 * self.switch
 
+    @property
+    def waits(self) -> float:
+        """The time at a cycle's switches, of that in its swings."""
+        return self.switch / (2.0 * self.swing)
+
     @classmethod
     def of(cls, gait: GaitConfig) -> "Tempo":
         """The times of a scenario's gait."""

@@ -10,7 +10,7 @@ from rig import paper_robot
 
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.gait.swing import Swing
-from drake_quad.gait_design import tempo_search
+from drake_quad.gait_design import tempo_planner
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.foot_speeds import (
     ANY_SPEED,
@@ -23,7 +23,8 @@ from drake_quad.gait_design.foot_speeds import (
 from drake_quad.gait_design.pace import JointPeak, PlanPace, joint_speeds
 from drake_quad.gait_design.preference import RequiredMargins
 from drake_quad.gait_design.tempo import Tempo, TempoTrial, is_calm
-from drake_quad.gait_design.tempo_search import GaitChoice, TempoSearch
+from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
+from drake_quad.gait_design.tempo_search import TempoSearch
 from drake_quad.planning.mission import initial_stance, plan_tasks
 from drake_quad.planning.step_builder import goes, peak_speed
 from drake_quad.robot.legs import LEGS
@@ -136,7 +137,7 @@ def test_feet_that_were_slowed_for_one_joint_become_as_fast_as_their_own(
     robot, slow = paper_robot(), designed()
     suits = FootSpeeds(3.0, (1.0, 1.5, 2.0, 2.5), (1.1, 1.6, 2.1, 2.6))
     trials = Trials(suits, slow)
-    monkeypatch.setattr(tempo_search, "try_tempo", trials)
+    monkeypatch.setattr(tempo_planner, "try_tempo", trials)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
     found = search.trial(1.0, 0.5)
@@ -159,12 +160,12 @@ def test_feet_are_only_as_fast_as_the_margin_allows(monkeypatch: pytest.MonkeyPa
     for enough, wanted in (((suits,), suits), ((half, all_slow), half), ((all_slow,), all_slow)):
         trials = Trials(suits, slow)
 
-        def spare(_: object, trial: TempoTrial, __: object, enough: object = enough) -> float:
+        def spare(_: object, trial: TempoTrial, enough: object = enough) -> float:
             assert isinstance(enough, tuple)
             return 0.01 if any(trial.tempo.speeds.like(s, 1e-6) for s in enough) else -0.01
 
-        monkeypatch.setattr(tempo_search, "try_tempo", trials)
-        monkeypatch.setattr(TempoSearch, "_spare", spare)
+        monkeypatch.setattr(tempo_planner, "try_tempo", trials)
+        monkeypatch.setattr(TempoPlanner, "spare", spare)
         gait = GaitChoice(slow.scenario, slow.design, planned=True)
         search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
         found = search.trial(1.0, 0.5)
@@ -179,7 +180,7 @@ def test_feet_that_no_joint_holds_back_are_not_planned_twice(
     """Where all joints can follow, the first plan is taken as it is."""
     robot, slow = paper_robot(), designed()
     trials = Trials(FootSpeeds.all_at(ANY_SPEED), slow)
-    monkeypatch.setattr(tempo_search, "try_tempo", trials)
+    monkeypatch.setattr(tempo_planner, "try_tempo", trials)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
     assert search.trial(1.0, 0.5) is not None and len(trials.asked) == 1

@@ -15,7 +15,7 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
-from drake_quad.gait_design import quicken as quicken_module, tempo_search
+from drake_quad.gait_design import quicken as quicken_module, tempo_planner, tempo_search
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.choose_gait import choose_longer_gaits
 from drake_quad.gait_design.designed import Designed
@@ -45,13 +45,8 @@ from drake_quad.gait_design.tempo import (
     try_tempo,
     usual_tempo,
 )
-from drake_quad.gait_design.tempo_search import (
-    CALM,
-    PLANS,
-    STRETCH,
-    GaitChoice,
-    TempoSearch,
-)
+from drake_quad.gait_design.tempo_planner import PLANS, GaitChoice
+from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch, Trials
 from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import evaluate
@@ -274,7 +269,7 @@ def test_a_gait_whose_footprints_are_refused_is_planned_once(
         tried.append(1)
         raise PlanningError("the feet FR and RR would be 0.003 m too near", footprints_apart=-3e-3)
 
-    monkeypatch.setattr(tempo_search, "try_tempo", refuse)
+    monkeypatch.setattr(tempo_planner, "try_tempo", refuse)
     gait = GaitChoice(slow.scenario, slow.design, planned=planned)
     kept = RequiredMargins(0.5 * slow.margin, 0.0)
     search = TempoSearch(gait, slow, paper_robot(), kept, "check")
@@ -322,25 +317,66 @@ def test_a_gait_for_speed_has_a_balanced_one_to_begin_with(monkeypatch: pytest.M
     assert [k.margin for k in asked] == [safe_margin(robot)]
 
 
-def test_longer_swings_are_tried_where_the_usual_ones_find_nothing(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("zmp_margin", "waits", "tried"),
+    [(0.005, None, 4), (0.02, None, 1), (0.005, 3.0, 4), (0.005, 1.0, 1), (0.02, 3.0, 1)],
+)
+def test_longer_swings_are_tried_where_quick_ones_throw_the_body_about(
+    zmp_margin: float, waits: float | None, tried: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And only there."""
+    """Where there is no gait, or one that mostly waits, and the zero-moment point is short."""
     robot, slow = paper_robot(), designed()
     seen: list[float] = []
+    usual = usual_tempo(slow.scenario.gait, robot, 1.25)
+    tempo = usual if waits is None else replace(usual, switch=2.0 * waits * usual.swing)
+    trial: Any = SimpleNamespace(
+        tempo=tempo,
+        designed=replace(slow, margin=0.01),
+        pace=SimpleNamespace(zmp_margin=zmp_margin),
+    )
 
-    def nothing(self: TempoSearch, enough: float | None, than: float) -> None:
+    def seek(self: TempoSearch, enough: float | None, than: float) -> Any:
         seen.append(self._stretch)
+        self._rooms_known[0.0, 0.1] = {self._stretch: Trials(known={0.5: trial})}
+        trial.speed = 2.0 * than
+        return None if waits is None else trial
 
     choice = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(choice, slow, robot, RequiredMargins(0.01, 0.01), "test")
-    with monkeypatch.context() as patched:
-        patched.setattr(TempoSearch, "_quickest_so", nothing)
-        assert search.quickest(None, 0.05) is None
-    assert seen == [STRETCH, CALM]
+    monkeypatch.setattr(TempoSearch, "_quickest_so", seek)
+    found = search.quickest(None, 0.05)
+    assert (found is None) == (waits is None)
+    assert seen == list(STRETCHES[:tried])
+
+
+def test_swings_that_throw_the_body_far_are_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Longer swings are tried at once: time at the switches does not bring the point back."""
+    robot, slow = paper_robot(), designed()
+    choice = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(choice, slow, robot, RequiredMargins(0.01, 0.01), "test")
+    tried: list[tuple[float, float]] = []
+
+    def trial(stretch: float, switch: float) -> Any:
+        tried.append((stretch, switch))
+        pace = SimpleNamespace(zmp_margin=-0.02)
+        return SimpleNamespace(tempo=None, designed=slow, pace=pace, suits=NO_SPEEDS, walks=None)
+
+    monkeypatch.setattr(search, "trial", trial)
+    for module in (tempo_planner, tempo_search):
+        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
+    monkeypatch.setattr(search, "_throws_body", lambda _: True)
+    assert search.quickest(None, 0.01) is None
+    assert [stretch for stretch, _ in tried] == list(STRETCHES)
+
+
+def test_no_more_is_tried_than_is_needed() -> None:
+    """The usual swings have a gait, and no time at the switches is shorter than nothing."""
+    robot, slow = paper_robot(), designed()
+    choice = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(choice, slow, robot, RequiredMargins(0.01, 0.01), "test")
     found = search.quickest(None, 0.01)
-    assert found is not None and search._stretch == STRETCH
-    assert search.quickest(None, 100.0) is None  # no time at the switches is so short
+    assert found is not None and search._stretch == STRETCHES[0]
+    assert search.quickest(None, 100.0) is None
 
 
 def test_no_times_are_quicker_than_the_fastest() -> None:
@@ -444,7 +480,7 @@ def test_feet_are_made_slower_where_a_joint_would_turn_too_fast(
         assert set(tempo.speeds.values) == {tempo.speeds.level}
         raise PlanningError("too fast", too_fast=2.0, foot_speed=3.0 / len(asked))
 
-    monkeypatch.setattr(tempo_search, "try_tempo", refuse)
+    monkeypatch.setattr(tempo_planner, "try_tempo", refuse)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(gait, slow, robot, RequiredMargins(0.01, 0.01), "test")
     assert search.trial(1.0, 0.5) is None
@@ -554,6 +590,7 @@ def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
     A gait without any plan at the usual times is tried with longer ones.
     """
     search = object.__new__(TempoSearch)
+    trial = SimpleNamespace(tempo=Tempo(0.5, 0.1, 0.85), speed=0.1)
     spares = {0.5: [], 0.85: [-0.02, -0.03, -0.01]}
     sought: list[tuple[float, float]] = []
     begun: list[float] = []
@@ -565,13 +602,13 @@ def test_a_path_that_seeks_less_is_tried_if_it_begins_with_more_margin(
 
     def quickest_here(_enough: object, _faster: object, first: float) -> object:
         sought.append((round(first, 3), begun[-1]))
-        return "found" if begun[-1] == -0.01 else None
+        return trial if begun[-1] == -0.01 else None
 
-    search._kept, search._parts = RequiredMargins(0.02, 0.02), True
-    monkeypatch.setattr(search, "_usual", lambda _: Tempo(0.5, 0.1, 0.5), raising=False)
+    planner: Any = SimpleNamespace(usual=lambda _: Tempo(0.5, 0.1, 0.5), spare=lambda trial: trial)
+    search._planner, search._parts = planner, True
     monkeypatch.setattr(search, "_longest_switch", lambda *_: 1.5, raising=False)
     monkeypatch.setattr(search, "_rooms", rooms, raising=False)
-    monkeypatch.setattr(search, "_spare", lambda trial, _: trial, raising=False)
+    monkeypatch.setattr(search, "_far_off", lambda _: False, raising=False)
     monkeypatch.setattr(search, "_quickest_here", quickest_here, raising=False)
-    assert search.quickest(None, 0.05) == "found"  # type: ignore[comparison-overlap]
+    assert search.quickest(None, 0.05) is trial  # type: ignore[comparison-overlap]
     assert begun == [-0.02, -0.03, -0.01] and sought == [(0.85, -0.02), (0.85, -0.01)]

@@ -8,14 +8,15 @@ import pytest
 from design_rig import designed
 from rig import paper_robot
 
-from drake_quad.gait_design import tempo_search
+from drake_quad.gait_design import tempo_planner, tempo_search
 from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS
 from drake_quad.gait_design.pace import PlanPace
 from drake_quad.gait_design.preference import RequiredMargins
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import TempoTrial, least_margin, try_tempo, usual_tempo
-from drake_quad.gait_design.tempo_search import STRETCH, GaitChoice, TempoSearch
+from drake_quad.gait_design.tempo_planner import GaitChoice
+from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch
 
 
 def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
@@ -41,7 +42,7 @@ def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
 def _trial(margins: dict[int, float], switch: float, walks: Walks | None) -> TempoTrial:
     """A trial of tasks whose plans have so much margin [m]."""
     robot, slow = paper_robot(), designed()
-    made = replace(usual_tempo(slow.scenario.gait, robot, STRETCH), switch=switch)
+    made = replace(usual_tempo(slow.scenario.gait, robot, STRETCHES[0]), switch=switch)
     plans = [
         replace(slow.plan.plans[k], margin=margins.get(k, np.nan))
         for k in ([w[0] for w in walks] if walks else range(len(slow.plan.plans)))
@@ -65,10 +66,11 @@ def test_trials_are_of_the_walks_with_the_least_margin(
         margins = {1: 0.07 * switch, 2: spin if switch < 0.6 else 0.08, 3: 0.05 * switch}
         return _trial(margins, switch, walks)
 
-    monkeypatch.setattr(tempo_search, "try_tempo", plan)
-    monkeypatch.setattr(tempo_search, "least_margin", lambda *_: np.inf)
-    monkeypatch.setattr(tempo_search, "zmp_margin", lambda *_: np.inf)
-    monkeypatch.setattr(tempo_search, "keeps_all_else", lambda *_: True)
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
+    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
+    for module in (tempo_planner, tempo_search):
+        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
     monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
     slow, kept = designed(), RequiredMargins(0.025, 0.0)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
