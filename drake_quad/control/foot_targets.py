@@ -36,7 +36,7 @@ DEEPEST = 0.01  # [m] by which a foot that lost the ground is aimed below where 
 TOUCHDOWN = 0.98  # of a swing, from which a clock that stands still waits for the ground
 # Of a swing, from which on a foot is pressed down, to touch the ground at its end: earlier, a foot
 # with a long way touches it some millimetres before its place.
-PRESS = 0.9
+PRESS = 0.95
 # A swing foot is at its planned height over the ground as found at 1 / LEVEL_OUT of its swing.
 LEVEL_OUT = 1.5
 # By which a foot's ground is off the map more than the others' [m]: further off, it is no tread's
