@@ -18,7 +18,8 @@ from typing import Any
 
 from benchmarks.common import markdown_table, provenance
 from drake_quad.errors import DrakeQuadError
-from drake_quad.feasibility.check import Feasibility, check_flight
+from drake_quad.feasibility.check import check_flight
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.preference import GaitPreference
 from drake_quad.gait_design.quicken import find_quicker
 from drake_quad.robot.loader import load_robot

@@ -43,7 +43,6 @@ if TYPE_CHECKING:
         StairChart as StairChart,
     )
     from drake_quad.feasibility.chart_picture import save_chart as save_chart
-    from drake_quad.feasibility.check import Feasibility as Feasibility
     from drake_quad.feasibility.check_request import (
         CheckRequest as CheckRequest,
         run_check as run_check,
@@ -61,6 +60,7 @@ if TYPE_CHECKING:
         passport_cells as passport_cells,
         passport_columns as passport_columns,
     )
+    from drake_quad.feasibility.result import Feasibility as Feasibility
     from drake_quad.feasibility.robot_picture import (
         check_picture_path as check_picture_path,
         draw_robot as draw_robot,
@@ -131,7 +131,7 @@ _PUBLIC = {
     "errors": "DrakeQuadError InputError MachineError PlanningError",
     "feasibility.chart": "Span StairChart",
     "feasibility.chart_picture": "save_chart",
-    "feasibility.check": "Feasibility",
+    "feasibility.result": "Feasibility",
     "feasibility.changes": "Change",
     "feasibility.check_words": "near_words treads_in_words",
     "feasibility.check_request": "CheckRequest run_check",

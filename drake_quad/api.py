@@ -14,7 +14,7 @@ from rich.console import Console
 from drake_quad.certificate.certify import Certificate
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
-from drake_quad.feasibility.check import Feasibility, check_flight, design_for_course
+from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.flight import Around
 from drake_quad.feasibility.passport import (
     COUNT,
@@ -24,6 +24,7 @@ from drake_quad.feasibility.passport import (
     with_trials,
 )
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.preference import BALANCE, GaitPreference
 from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.report.lcm_replay import play

@@ -15,7 +15,7 @@ from rig import URL, paper_robot
 from drake_quad.certificate.certify import CLAIMS, Certificate
 from drake_quad.certificate.failure import Failure
 from drake_quad.feasibility.chart import Span, chart_grid
-from drake_quad.feasibility.check import Feasibility
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.runs.result import RunResult
 from drake_quad.scenario.config import Scenario

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from drake_quad.common import FloatArray
-from drake_quad.feasibility.check import margin_name
 from drake_quad.feasibility.check_words import treads_in_words
+from drake_quad.feasibility.result import margin_name
 from drake_quad.feasibility.robot_picture import FRONT, INK, REAR
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.tempo import static_margin

@@ -7,8 +7,8 @@ import numpy as np
 
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
-from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_words import near_words, stairs_in_words
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.preference import GaitPreference

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import MOST_MARGIN, Feasibility, check_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with_proof
 from drake_quad.feasibility.flight import check_stairs_numbers
+from drake_quad.feasibility.result import MOST_MARGIN, Feasibility
 from drake_quad.feasibility.same_gait import check_same_gait
 from drake_quad.feasibility.standard_stairs import BUILDS, STANDARDS, Build, Standard
 from drake_quad.gait_design.preference import GaitPreference

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from drake_quad.errors import PlanningError
-from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.flight import make_stairs_scenario
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.designed import POOR, plan_design
 from drake_quad.robot.model import link_outline_of
 from drake_quad.scenario.build import course_of

@@ -33,9 +33,9 @@ from drake_quad.cli.common import claim, claim_apart, claim_file
 from drake_quad.errors import InputError
 from drake_quad.feasibility import chart as chart_grid, work_out
 from drake_quad.feasibility.chart import Span, grid_of
-from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.robot.doubts import doubts
 from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import load_robot

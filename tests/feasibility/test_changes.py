@@ -21,8 +21,9 @@ from drake_quad.feasibility.changes import (
     kinds_for,
     least_amount,
 )
-from drake_quad.feasibility.check import Feasibility, check_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.feasibility.check_request import CheckRequest, run_check
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.robot.variants import with_torque
 from drake_quad.terrain.elements import RUN_MAX, Stairs
 

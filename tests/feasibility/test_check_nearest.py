@@ -7,18 +7,19 @@ from typing import Any
 
 import pytest
 import typer
-from design_rig import COUNT, RUN, asked, made_up
+from design_rig import COUNT, RUN, asked
 from rich.console import Console
 from rig import URL, paper_robot
 
 import drake_quad as dq
 from drake_quad.cli import robots as cli_robots
 from drake_quad.cli.check_answer import print_next
-from drake_quad.feasibility import check as check_nearest, work_out
-from drake_quad.feasibility.check import Feasibility, check_flight
+from drake_quad.feasibility import result as check_result, work_out
+from drake_quad.feasibility.check import check_flight
 from drake_quad.feasibility.check_report import LIMITS, feasibility_report, with_nearest
 from drake_quad.feasibility.check_request import CheckRequest, run_check
 from drake_quad.feasibility.nearest import nearest_stairs
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.objective import NAMES
 from drake_quad.scenario.config import Scenario
 from drake_quad.terrain.elements import DEFAULT_THICKNESS, Stairs
@@ -109,11 +110,12 @@ def test_on_endless_stairs_that_allow_nothing_no_lower_rise_is_planned(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """What a search finds there is where planning begins, and it is told what is looked at."""
-    monkeypatch.setattr(check_nearest, "highest_rise", lambda *_, **__: 0.1234)
-    monkeypatch.setattr(check_nearest, "check_flight", lambda *_, **__: made_up(feasible=True))
+    monkeypatch.setattr(check_result, "highest_rise", lambda *_, **__: 0.1234)
     notes: list[str] = []
     data: dict[str, Any] = {"slacks": {}, "run": 0.3}
-    check = Feasibility(Scenario(), None, "", data, paper_robot(), Stairs(0.9, 0.3, 4))
+    check = Feasibility(
+        Scenario(), None, "", data, paper_robot(), Stairs(0.9, 0.3, 4), quick_margin=lambda _: 0.1
+    )
     assert check.nearest(notes.append) == Stairs(0.123, 0.3, 4)
     assert notes[-1] == "not these; trying 4 steps of 0.123 m on treads of 0.3 m"
 

@@ -13,9 +13,9 @@ from synthetic_robot import Quadruped
 
 from drake_quad.cli.check_answer import print_check
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
 from drake_quad.feasibility.inspect_robot import describe_robot, print_robot
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.importer.sources import find_by_name
 from drake_quad.robot.loader import load_robot

@@ -11,9 +11,10 @@ from rig import URL, paper_robot
 from drake_quad.cli.check_answer import certificate_words
 from drake_quad.errors import InputError
 from drake_quad.feasibility import check_report
-from drake_quad.feasibility.check import Feasibility, check_flight, check_preference
+from drake_quad.feasibility.check import check_flight, check_preference
 from drake_quad.feasibility.check_picture import draw_check
 from drake_quad.feasibility.check_report import feasibility_report
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.preference import (
     KEPT,

@@ -13,8 +13,8 @@ from rig import URL, paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.check_report import feasibility_report
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design import quicken as quicken_module, tempo_planner, tempo_search
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.choose_gait import choose_longer_gaits

@@ -12,8 +12,8 @@ from rig import URL, paper_robot, with_raised
 from benchmarks.check import STEEPEST
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
-from drake_quad.feasibility.check import Feasibility
 from drake_quad.feasibility.flight import Around
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.infeasibility.boxes import (
     OPEN,
     ClimbClass,

@@ -7,8 +7,9 @@ import numpy as np
 from rig import paper_robot
 
 from drake_quad.common import FloatArray
-from drake_quad.feasibility.check import Feasibility, check_flight
+from drake_quad.feasibility.check import check_flight
 from drake_quad.feasibility.flight import AS_USUAL, make_stairs_scenario
+from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.candidates import CandidateBatch, Staircase, make_cycle
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.designer import design_scenario
