@@ -16,18 +16,20 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from drake_quad.api import (
+    from drake_quad.api.runs import (
         certify as certify,
-        chart_stairs as chart_stairs,
-        check_course as check_course,
-        check_stairs as check_stairs,
         load_study as load_study,
-        make_passport as make_passport,
         make_viewers as make_viewers,
         plan as plan,
         replay as replay,
         report_plan as report_plan,
         run_study as run_study,
+    )
+    from drake_quad.api.stairs import (
+        chart_stairs as chart_stairs,
+        check_course as check_course,
+        check_stairs as check_stairs,
+        make_passport as make_passport,
         try_passport as try_passport,
     )
     from drake_quad.certificate.certify import Certificate as Certificate
@@ -125,8 +127,8 @@ except PackageNotFoundError:  # a checkout on the path that was never installed
 
 # The public names by the modules that define them; a test compares them with the imports above.
 _PUBLIC = {
-    "api": "certify chart_stairs check_course check_stairs load_study make_passport "
-    "make_viewers plan replay report_plan run_study try_passport",
+    "api.runs": "certify load_study make_viewers plan replay report_plan run_study",
+    "api.stairs": "chart_stairs check_course check_stairs make_passport try_passport",
     "certificate.certify": "Certificate",
     "errors": "DrakeQuadError InputError MachineError PlanningError",
     "feasibility.chart": "Span StairChart",

@@ -9,7 +9,7 @@ import pytest
 from certificate_rig import SCRIPTS
 from command import drake_quad, refused
 
-from drake_quad.api import certify, plan
+from drake_quad.api.runs import certify, plan
 from drake_quad.errors import InputError
 
 CHECKER = str(SCRIPTS / "check_certificate.py")
