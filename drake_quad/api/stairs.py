@@ -132,7 +132,7 @@ def chart_stairs(
         robot: A robot, or its name or file.
         rises: The rises [m].
         runs: The runs of the treads [m].
-        count: Steps of each flight.
+        count: Steps of each flight; `drake-quad chart` takes 4 unless it is told otherwise.
         workers: Number of processes; one for each core if None.
         progress: Called with the number of cells that are done, and of all.
         stop: Called now and then; the chart ends with the cells that are done where it is true.

@@ -25,9 +25,9 @@ BusOption = Annotated[
     typer.Option(help="`lcm`, `unitree`, or your own: FILE.py:CLASS, whose file is executed."),
 ]
 InterfaceOption = Annotated[
-    str | None, typer.Option(help="Network interface; lo, this machine alone, unless told.")
+    str | None, typer.Option(help="Network interface; by default lo, which is this machine alone.")
 ]
-DomainOption = Annotated[int, typer.Option(help="DDS's domain; of LCM, ports further on.")]
+DomainOption = Annotated[int, typer.Option(help="DDS domain; for LCM it is added to the port.")]
 RateOption = Annotated[
     float, typer.Option(help="Slow motion of both sides, for a busy machine; 1 is real time.")
 ]
@@ -59,7 +59,11 @@ def control(
         ),
     ] = False,
     i_am_ready: Annotated[
-        bool, typer.Option("--i-am-ready", help="A robot may move: it hangs on a hoist, or better.")
+        bool,
+        typer.Option(
+            "--i-am-ready",
+            help="You confirm that a robot may move. It should hang on a hoist.",
+        ),
     ] = False,
     soft_stop: Annotated[
         bool,
@@ -95,7 +99,7 @@ def control(
 ) -> None:
     """Run a scenario's controller on a robot's bus: it stands up, walks and sits down.
 
-    No robot has walked by it yet: see docs/bus.md before any.
+    No real robot has walked with it yet. Read docs/bus.md before you connect one.
     """
     from drake_quad.bus.bus_log import check_recording
     from drake_quad.bus.processes import (
@@ -137,14 +141,14 @@ def simulate(
         bool, typer.Option("--i-am-ready", help="Others on this network may hear false states.")
     ] = False,
     duration: Annotated[
-        float | None, typer.Option(help="Seconds; until it is interrupted unless told.")
+        float | None, typer.Option(help="How long to simulate, in s; by default until Ctrl-C.")
     ] = None,
     loss: Annotated[float, typer.Option(help="Share of messages that are lost.")] = 0.0,
     delay: Annotated[float, typer.Option(help="How late every message is, in s.")] = 0.0,
     jitter: Annotated[float, typer.Option(help="How much later it may be besides, in s.")] = 0.0,
     reorder: Annotated[float, typer.Option(help="Share of messages that others overtake.")] = 0.0,
     freeze_at: Annotated[
-        float | None, typer.Option(help="When the sensors freeze, in s; never unless told.")
+        float | None, typer.Option(help="When the sensors freeze, in s; by default never.")
     ] = None,
     fault_seed: Annotated[int, typer.Option(help="Seed of the bus's faults.")] = 0,
     mjcf: Annotated[
@@ -209,7 +213,7 @@ def bus_replay(
 ) -> None:
     """Give a controller again all that came over a bus, and compare what it answers.
 
-    Exit status 1 if a command is another than it was, to the bit.
+    Exit status 1 if any command differs from the log in any bit.
     """
     from drake_quad.bus.bus_log import read_bus_log, replay_bus_log
     from drake_quad.bus.trace import CONTROLLER, Trace

@@ -234,7 +234,7 @@ def export(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a finished run's joints as CSV, as the robot's own file means angles and axes.
+    """Write a finished run's joints as CSV, with the angles and axes of the robot's own file.
 
     The columns are the time in s; each joint's angle in rad, speed in rad/s and torque in Nm; and
     the trunk's pose. With --mcap or --ros2: transforms, joints, markers and margins as MCAP, for
@@ -262,7 +262,7 @@ def _export_messages(
         given = {"--csv": csv, "--mcap": mcap or None, "--ros2": ros2 or None}
         named = [name for name, value in given.items() if value is not None]
         remedy = f"one kind of file at a time: leave out all but one of {', '.join(named)}"
-        value = str(given[named[0]])
+        value = True if csv is None else str(csv)
         raise InputError(source=named[0], field=named[0][2:], value=value, remedy=remedy)
     option, path = (
         ("--mcap", directory / "run.mcap") if mcap else ("--ros2", directory / "ros2_bag")

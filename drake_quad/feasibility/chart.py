@@ -82,8 +82,8 @@ class Cell:
         rise: Rise of the steps [m].
         run: Run of the treads [m].
         margin: Smallest static margin of the plan [m]; None if there is no plan.
-        quality: Smallest ratio of a margin or clearance to what is wanted; None if there is no
-            plan.
+        quality: The least share of what is wanted of margin, clearance and torque, at most 1; None
+            if there is no plan.
         treads: Number of treads that a gait cycle goes over; None if there is no plan.
         limit: What is in the way, one of `check_report.LIMITS`; empty if nothing is.
         reason: What is in the way, in a sentence.

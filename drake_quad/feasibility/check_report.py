@@ -243,7 +243,7 @@ def _on_course(designed: Designed, robot: RobotModel) -> dict[str, float]:
 
 
 def with_proof(report: dict[str, Any], proof: InfeasibilityProof | None) -> dict[str, Any]:
-    """The answer once a proof that there is no climb was looked for; None if none was found."""
+    """The answer after a proof that there is no climb was sought; the same if none was found."""
     if proof is None:
         return report
     report = report | {"verdict": "no"}

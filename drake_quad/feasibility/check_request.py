@@ -29,7 +29,7 @@ class CheckRequest:
         open: Whether the risers are open; they are not if None.
         scenario: Scenario whose course to walk instead of a flight.
         margin: Region that the plan's margin is measured in, one of
-            `stability.equilibrium_region.KINDS`.
+            `stability.margin_kinds.KINDS`.
         width: Width of the flights [m]; as the robot needs if None.
         landing: Length of the landing between the flights [m]; as the robot needs if None.
         turn: Turn on the landing [deg], left positive; 90 if None.
@@ -89,9 +89,9 @@ def run_check(
         changes: Whether to look, instead, for the least change of the robot or of the stairs that
             makes it a yes; it takes some minutes.
         workers: Number of processes that look for changes; one for each processor if None.
-        remembered: Whether an answer that was found before will do, and this one is remembered:
-            of a flight that is climbed, if no picture or curve is asked for. Its `remembered` then
-            says when it was found.
+        remembered: Whether an answer that was found before will do, unless a picture, a curve or
+            workers are asked for; and whether this one is remembered, if a flight is climbed. Its
+            `remembered` then says when it was found.
         first: Receives the answer, with the reason of a no, before the search for the nearest
             stairs and before any file is written.
         note: Receives a line about what is being done.

@@ -51,7 +51,8 @@ class Feasibility:
         stairs: The flight of the question; None if the question was about a course.
         around: What is around the flight.
         preference: What the gait was to be good at.
-        slow: The gait that was found for margin, of which the designed one has other times.
+        slow: The gait that was found for margin, against which quicker ones were measured; it is
+            `designed` itself if none was sought or taken. None without a gait.
         stopped: Whether the search for a quicker gait was stopped before it ended.
         quick_margin: The static margin of a plan that a quick search finds for another robot, or
             other stairs [m]; None if it finds none.
@@ -198,10 +199,10 @@ class Feasibility:
     def nearest(self, note: Callable[[str], object] = lambda _: None) -> Stairs | None:
         """The nearest stairs that a quick search finds a gait for: lower steps, or deeper treads.
 
+        Gaits for these are sought for margin, whatever the gait was to be good at.
+
         Args:
             note: Receives a line about each kind of stairs before it is tried.
-
-        They are sought for margin, whatever the gait was to be good at.
 
         Returns:
             The stairs of the question if the robot climbs these; None if nothing was found, or if

@@ -254,7 +254,7 @@ def _with_level(
     flights: Sequence[Staircase],
     wanted: FloatArray,
 ) -> Design:
-    """Adds the longest stride on level ground whose slacks are nearly enough."""
+    """Adds the longest stride on level ground whose slacks are nearly enough, or the best one."""
     leg = leg_length(robot)
     row = least_clearance(robot, shape, gait, flights)[0]
     best: tuple[float, float, FloatArray] | None = None

@@ -38,8 +38,8 @@ GOOD_CLEARANCE = 0.8  # of the clearance wanted, a gait is as good as any
 GOOD_TORQUE = 0.8  # of the torque to spare that is wanted, the same
 FAIR_MARGIN = 0.8  # of the margin wanted on endless stairs: with less, lower bodies are tried, too
 POOR = 0.5  # quality below which the next lower body is tried, too, and a more thorough search
-THIGHS_EVERY = 2  # so many are looked at for thighs
-TORQUE_EVERY = 4  # so many samples of a plan are looked at for torques
+THIGHS_EVERY = 2  # every second sample of a plan is looked at for thighs
+TORQUE_EVERY = 4  # every fourth sample of a plan is looked at for torques
 PER_SWING = 24  # moments of every swing that are looked at: shanks pass nosings in a tenth of one
 LEFT_OVER = 1.1  # of the margin that the gait clock demands: what a plan keeps is kept nearly
 

@@ -35,7 +35,8 @@ from drake_quad.scenario.motion_config import BodyConfig, GaitConfig
 from drake_quad.stability.margin_kinds import HULL
 
 LEG = 1.22  # [m] of the robot that the times below are of; times go with the root of the length
-# The shortest times with which robots have reached their goals in physics (docs/speed.md).
+# The shortest times with which robots have reached their goals in physics (docs/speed.md), and an
+# ample one at the switches, from which the search begins.
 SHORTEST_SWING, SHORTEST_GAP, USUAL_SWITCH = 0.425, 0.06, 0.9  # [s]
 MOVING_SWITCH = 0.25  # [s] the same where a gait is balanced by its motion
 GUARD = 0.15  # [s] before a lift-off and after a touchdown
@@ -128,7 +129,7 @@ def tread_way(gait: GaitConfig, run: float) -> float:
 def usual_tempo(
     gait: GaitConfig, robot: RobotModel, stretch: float = 1.0, *, moving: bool = False
 ) -> Tempo:
-    """Times nearly as short as have been walked, by the robot's size; the switch is an ample one.
+    """Swings `stretch` times as long as the shortest, and ample switches, by the robot's size.
 
     Args:
         gait: The gait, whose time on four feet between legs of a side is not made longer.

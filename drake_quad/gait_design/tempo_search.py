@@ -25,8 +25,9 @@ from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of
 
-# Ratios of the shortest swing, one after the other until there is a gait: heavy legs throw the body
-# about. Once there is one, a ratio LESS times as long is tried, too.
+# Ratios of the shortest swing. The next is tried if there is no gait yet, or one that mostly waits
+# at its switches, and the zero-moment point is what is short: heavy legs throw the body about. Once
+# there is a gait, a swing LESS times as long is tried, too.
 STRETCHES = (1.25, 1.75, 2.25, 3.0)
 LESS = 0.8
 LONG_WAITS = 2.0  # of the time in swings, at the switches: longer swings may be quicker in all
@@ -135,9 +136,10 @@ class TempoSearch:
         return best
 
     def _throws_body(self, stretch: float) -> bool:
-        """Whether slower swings may leave more: where the zero-moment point is what is short.
+        """Whether slower swings may leave more margin.
 
-        So it is of the trial that leaves most, if there are any plans at all.
+        They may if there is no plan yet, or if the plan that leaves most is shorter of the
+        zero-moment point's margin than of the static one.
 
         Args:
             stretch: The ratio of the swings that were tried.

@@ -118,7 +118,7 @@ class MotionPlan:
             gives it at any time).
         revision: Number of times that the task was planned anew while it was under way.
         margin_kind: Region that the margin is measured in, one of
-            `stability.equilibrium_region.KINDS`.
+            `stability.margin_kinds.KINDS`.
         joined: Time from which on the body's height and pitch follow from its place alone [s].
         course: The map that it was made on, where the map grows; None where it is the controller's
             from the beginning.

@@ -73,7 +73,7 @@ class PlanSettings:
         zmp_margin: Margin of the zero-moment point beyond which more is worth nothing [m].
         guard: Time before lift-off and after touchdown in which three feet have to do already [s].
         margin: Region that the static margin is measured in, one of
-            `stability.equilibrium_region.KINDS`.
+            `stability.margin_kinds.KINDS`.
         friction: Coulomb's coefficient that a margin beyond the hull's counts on.
     """
 

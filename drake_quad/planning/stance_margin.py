@@ -140,7 +140,7 @@ def footing_of(robot: RobotModel, course: Course, settings: PlanSettings) -> Foo
 
 
 def kind_of(footing: Footing | None) -> str:
-    """The region that margins are measured in, one of `stability.equilibrium_region.KINDS`."""
+    """The region that margins are measured in, one of `stability.margin_kinds.KINDS`."""
     if footing is None:
         return HULL
     return FEASIBLE if footing.drives else FRICTION

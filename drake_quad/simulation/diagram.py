@@ -205,7 +205,7 @@ def MakeStairClimb(
         plant_config: Drake's settings of the plant.
         friction: Coulomb's coefficient between feet and ground.
         log_period: Time between samples of the log [s].
-        margins: Kind of the margins that are measured, one of `equilibrium_region.KINDS`.
+        margins: Kind of the margins that are measured, one of `margin_kinds.KINDS`.
         world: The course as it really is; the map if None.
         disturbances: What the controller is not told; none if not given.
         sensors: Sensors from which the controller estimates its state; it is told its state if

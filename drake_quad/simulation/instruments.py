@@ -64,7 +64,7 @@ def AddMonitors(
         period: Time between measurements of the margins, and of what touches [s].
         log_period: Time between samples of the log, which is to miss no smallest margin [s].
         height_limit: Height of the trunk over its feet below which the robot fell [m].
-        margins: Kind of the margins that are measured, one of `equilibrium_region.KINDS`.
+        margins: Kind of the margins that are measured, one of `margin_kinds.KINDS`.
         friction: Coulomb's coefficient between feet and ground.
     """
     plant = simulated.plant
