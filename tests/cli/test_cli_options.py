@@ -111,6 +111,7 @@ def test_ctrl_c_while_a_quicker_gait_is_looked_for_gives_the_best_so_far(
 ) -> None:
     """The answer is printed, and says so; before there is a gait Ctrl-C interrupts as ever."""
     stopped, status = made_up(feasible=True), SimpleNamespace(told=list[str]())
+    before = signal.getsignal(signal.SIGINT)
 
     def ask(*_: Any, stopping: Stopping, note: Callable[[str], object], **__: Any) -> Feasibility:
         note("planning")
@@ -126,7 +127,7 @@ def test_ctrl_c_while_a_quicker_gait_is_looked_for_gives_the_best_so_far(
     assert done.exit_code == 0 and "the search for a quicker gait had not ended" in done.stdout
     words = [told for told in status.told if told in ("planning", "looking") or "Ctrl-C" in told]
     assert words == ["planning", "looking (Ctrl-C: answer with the best so far)"]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_inspect_prints_before_it_draws(

@@ -43,7 +43,7 @@ def check(name: str, console: Console) -> None:
     told = {"feasible": False, "verdict": "unknown", "proof": None, "slacks": {}, "robot": name,
             "answer": f"Unknown: no plan for {name}",
             "sought": True, "nearest": None, "changes": None, "picture": name, "asked": asked,
-            "doubts": [name]}  # fmt: skip
+            "doubts": [name], "stopped": False}  # fmt: skip
     print_check(told, console)
     print_next(told, console)
     print_next(told | {"nearest": {"rise": 0.1, "run": 0.3}}, console)
