@@ -108,10 +108,19 @@ def test_swing_foot_follows_the_plan_at_the_clocks_rate(
     np.testing.assert_allclose(below[:2], 0.0, atol=1e-12)
     search = PACE.landing_speed if rate == 0.0 and s > TOUCHDOWN else 0.0
     assert -1e-12 <= below[2] <= PACE.touchdown_press + search * PACE.period + 1e-12
-    assert s > 0.8 or below[2] == pytest.approx(search * PACE.period, abs=1e-12)
+    assert s > 0.95 or below[2] == pytest.approx(search * PACE.period, abs=1e-12)
     expected = rate * walk.velocity[row] - [0.0, 0.0, search]
     np.testing.assert_allclose(result.velocity[row], expected)
     np.testing.assert_allclose(result.acceleration[row], rate**2 * walk.acceleration[row])
+
+
+@pytest.mark.parametrize(("s", "pressed"), [(0.5, 0.0), (0.949, 0.0), (0.975, 0.5), (1.0, 1.0)])
+def test_a_swing_foot_is_pressed_down_at_the_end_of_its_swing(s: float, pressed: float) -> None:
+    """Earlier it would meet the ground while it still comes down quickly."""
+    walk = Walk(swing=0)
+    walk.s = s
+    below = walk.planned[0, 2] - walk.tick().place[0, 2]
+    assert below == pytest.approx(pressed * PACE.touchdown_press, abs=1e-9)
 
 
 @examples

@@ -341,3 +341,23 @@ def test_outputs_are_held_state() -> None:
     assert not controller_of(
         stand_plan(), state_on(stand_plan(), 0.0)
     ).system.HasAnyDirectFeedthrough()
+
+
+@pytest.mark.parametrize(
+    ("before", "rate", "searched"), [(0.005, 1.0, False), (0.005, 0.0, True), (0.1, 1.0, True)]
+)
+def test_a_foot_that_has_given_its_load_away_is_not_searched_for(
+    before: float, rate: float, searched: bool
+) -> None:
+    """Just before its lift-off it is held; earlier, or where it waits to lift off, it is missed."""
+    plan, control = flat_walk(), ControlSettings(unload_time=0.15)
+    step = next(
+        s for s in plan.contacts.steps if plan.contacts.phase(s.lift_off - 0.16).step is None
+    )
+    t, row = step.lift_off - before, step.leg.row
+    controller = Controller(IkController, plan, state_on(plan, t), control=control, t=t, rate=rate)
+    standing = plan.sample(t).standing.astype(float)
+    standing[row] = 0.0
+    controller.also(contact_state_measured=standing)
+    down = plan.sample(t).feet[row, 2] - controller.tick(4).feet[row, 2]
+    assert (down > 1e-4) == searched
