@@ -21,7 +21,9 @@ from drake_quad.planning.phase_table import END, START, phase_index, swing_rows
 # How much of a full load a foot carries that has landed, as a swing ends: by its least force it
 # counts as bearing then, even where its share of the weight is none.
 LANDED_LOAD = 0.35
-GIVEN_AWAY = 0.1  # of a full load: with so little a foot may not be sensed to bear
+# Of a full load: with so little left a foot lifts off within hundredths of a second. Before that,
+# one that does not bear is brought back, or its stance would end more than a tolerance too early.
+GIVEN_AWAY = 0.02
 LOST_LOAD = 0.1  # how much of a full load is left to a foot that lost the ground
 
 

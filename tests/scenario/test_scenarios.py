@@ -141,6 +141,7 @@ def test_the_case_study_in_full_keeps_all_that_is_asked_of_it() -> None:
     scenario = load_scenario("case_study")
     result = simulate(scenario)
     assert not broken(result, BOUNDS), result.reason
+    assert result.summary["tracking"]["left"] == []  # what the certificate of its plan tolerates
     check_way(result.table, rise=6 * 0.13)
     check_contacts_are_sensed(result.table)
     check_margin_is_measured(result.table)
