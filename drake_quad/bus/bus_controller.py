@@ -21,6 +21,7 @@ from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.errors import DrakeQuadError
 from drake_quad.estimation.contact_from_torques import TouchMemory, TouchSettings
+from drake_quad.estimation.imu_units import IMUS
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.robot.kinematics import calc_feet
@@ -97,6 +98,7 @@ class BusController:
             planned=prepared.plan.plans,
             maker=maker,
             foot_give=prepared.scenario.estimator.foot_give,
+            imu=IMUS[prepared.scenario.sensors.imu],
         )
         q, _, _ = pose_robot(robot, prepared.stance.body[None], prepared.stance.feet[None])
         self._rest = velocities_at_rest(q.reshape(12)) | {"contact_state_measured": np.ones(4)}

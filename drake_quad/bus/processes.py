@@ -118,6 +118,11 @@ def prepare_for_bus(name: str, fields: list[str], tell: Tell | None = None) -> P
             source=name, field="estimator.kind", value=scenario.estimator.kind,
             remedy="nobody tells a robot's controller its state: give ekf",
         )  # fmt: skip
+    if scenario.estimator.landmarks != "none":
+        raise InputError(
+            source=name, field="estimator.landmarks", value=scenario.estimator.landmarks,
+            remedy="the bus carries no images: give none",
+        )  # fmt: skip
     if scenario.simulation.mode != "physics":
         raise InputError(
             source=name, field="simulation.mode", value=scenario.simulation.mode,

@@ -25,7 +25,8 @@ from drake_quad.bus.safety import SafetyMode
 from drake_quad.bus.trace import BEARS
 from drake_quad.bus.watch import CommandWatch
 from drake_quad.common import GRAVITY, FloatArray
-from drake_quad.estimation.sensor_models import IDEAL_IMU, IDEAL_JOINTS, SensorErrors
+from drake_quad.estimation.imu_units import IDEAL_IMU
+from drake_quad.estimation.sensor_models import IDEAL_JOINTS, SensorErrors
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.scenario.build import generator_of, sensor_errors
 from drake_quad.simulation.instruments import AddPushes, AddSensors

@@ -18,8 +18,10 @@ from drake_quad.estimation.filter_state import (
     ACCEL_BIAS,
     ANGLES,
     BORNE,
+    CAMERA,
     COVARIANCE,
     E_ACCEL,
+    E_CAMERA,
     E_FEET,
     E_GYRO,
     E_POSITION,
@@ -121,7 +123,7 @@ def correct(m: FloatArray, p_BF: FloatArray, bears: Record, s: Record) -> FloatA
 
 @jit
 def retract(m: FloatArray, delta: FloatArray) -> None:
-    """X ← exp(-δ) X: takes the estimated error `delta` (27,) out of the state, in place."""
+    """X ← exp(-δ) X: takes the estimated error `delta` (ERRORS,) out of the state, in place."""
     x, y, z = -delta[0], -delta[1], -delta[2]
     turn, J = rotation_exp(x, y, z), left_jacobian(x, y, z)
     R = m[ROTATION : ROTATION + 9].reshape(3, 3)
@@ -135,6 +137,7 @@ def retract(m: FloatArray, delta: FloatArray) -> None:
     for i in range(3):
         m[GYRO_BIAS + i] -= delta[E_GYRO + i]
         m[ACCEL_BIAS + i] -= delta[E_ACCEL + i]
+        m[CAMERA + i] -= delta[E_CAMERA + i]
 
 
 @jit

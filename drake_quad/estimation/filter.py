@@ -191,6 +191,16 @@ def stand_on_map(m: FloatArray, k: int, tops: FloatArray, radius: float, s: Reco
     correct_height(m, h, z - ground, s.map_height**2, s.gate)
 
 
+@jit
+def drift_by_step(m: FloatArray, s: Record) -> None:
+    """A foot is firm from this tick on: base and feet may have gone astray together by its step."""
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    for a in range(5):
+        for b in range(5):
+            for i in range(2):
+                P[E_POSITION + 3 * a + i, E_POSITION + 3 * b + i] += s.step_drift**2
+
+
 # Beyond these a reading is a fault, not a motion; the filter's own numbers stay far from overflow.
 RATE_LIMIT, FORCE_LIMIT, ANGLE_LIMIT, SPEED_LIMIT = 100.0, 5000.0, 100.0, 1000.0
 
@@ -255,6 +265,10 @@ def step(m: FloatArray, readings: Readings, model: Record, tops: FloatArray) -> 
                 for k in range(4):
                     if m[FIRM + k] > held[k]:
                         stand_on_map(m, k, tops, radius, s)
+            if s.step_drift > 0.0:
+                for k in range(4):
+                    if m[FIRM + k] > held[k]:
+                        drift_by_step(m, s)
             gated = correct(m, p_BF, contacts, s)
             for k in range(4):
                 if gated[k] > 0.5:

@@ -58,6 +58,13 @@ class EstimatorSettings:
         foot_sink: Deviation of what a foot sinks in, or gives, once it is loaded [m].
         map_height: Deviation of the ground's height from the map's, where a foot comes to stand
             [m]; 0 if no map is counted on.
+        step_drift: Deviation of what each step of a foot adds to the place along the ground, beyond
+            what the noises above do: feet roll and give by shares that are not white [m].
+        camera_range: Deviation of how much too far ahead the camera sees landmarks, as long as it
+            is the same camera [m].
+        camera_yaw: Deviation of its heading on the robot [rad].
+        camera_side: Deviation of how much too far to the left it sees them [m].
+        landmarks_alike: How many sightings of landmarks, one after the other, err as one.
     """
 
     gyro_density: float = 2.0e-4
@@ -84,6 +91,11 @@ class EstimatorSettings:
     level_start: float = 0.0
     foot_sink: float = 0.0
     map_height: float = 0.0
+    step_drift: float = 0.0
+    camera_range: float = 0.0
+    camera_yaw: float = 0.0
+    camera_side: float = 0.0
+    landmarks_alike: float = 5.0
 
 
 DEFAULT_SETTINGS = EstimatorSettings()
@@ -152,13 +164,15 @@ SLIP = 57  # 1 for each foot that slipped and has not been firm since (4)
 STARTED = 61  # 1 once the first good tick has been
 RATE = 62  # w_WB of the last good tick (3) [rad/s]
 LEVELLED = 65  # 1 once the feet have been taken to stand on level ground
-COVARIANCE = 66  # by rows (27 x 27)
+CAMERA = 66  # what the camera has wrong of landmarks: ahead [m], about the vertical, aside (3)
+SIGHTED = 69  # time of the last landmark that was seen [s]
+COVARIANCE = 70  # by rows (30 x 30)
 
-ERRORS = 27
+ERRORS = 30
 SIZE = COVARIANCE + ERRORS * ERRORS
 
 # Places of the errors in the covariance.
-E_ROTATION, E_VELOCITY, E_POSITION, E_FEET, E_GYRO, E_ACCEL = 0, 3, 6, 9, 21, 24
+E_ROTATION, E_VELOCITY, E_POSITION, E_FEET, E_GYRO, E_ACCEL, E_CAMERA = 0, 3, 6, 9, 21, 24, 27
 
 
 def initial_memory(
@@ -193,4 +207,7 @@ def initial_memory(
         (E_ACCEL, s.initial_accel_bias),
     ):
         P[range(at, at + 3), range(at, at + 3)] += deviation**2
+    m[SIGHTED] = -np.inf
+    for k, deviation in enumerate((s.camera_range, s.camera_yaw, s.camera_side)):
+        P[E_CAMERA + k, E_CAMERA + k] = deviation**2
     return m

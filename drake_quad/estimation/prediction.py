@@ -57,7 +57,7 @@ def predict(m: FloatArray, imu: FloatArray, dt: float, s: Record) -> None:
 
 @jit
 def transition(M: FloatArray, T: FloatArray, firm: FloatArray, R: FloatArray, dt: float) -> None:
-    """M ← Φ M, in place, for the rows of `M` (27, n): Φ = I + dt A.
+    """M ← Φ M, in place, for the rows of `M` (ERRORS, n): Φ = I + dt A.
 
     Args:
         M: Errors by rows.

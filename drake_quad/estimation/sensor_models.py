@@ -12,6 +12,7 @@ from math import floor
 import numpy as np
 
 from drake_quad.common import GRAVITY, FloatArray, IntArray
+from drake_quad.estimation.imu_units import ImuNoise
 from drake_quad.jit import copy_vector, jit
 from drake_quad.math.rotations import (
     multiply,
@@ -22,53 +23,6 @@ from drake_quad.math.rotations import (
 
 WHITE_ROWS = 2**17  # 262 s at 500 Hz before the same noise comes again
 BIAS_ROWS = 4096  # [s]: a row a second, between which the bias is drawn straight
-
-
-@dataclass(frozen=True, kw_only=True)
-class ImuNoise:
-    """Figures of an IMU; all zero (and no range) is the ideal one.
-
-    Attributes:
-        name: Name of the unit.
-        gyro_density: White noise [rad/s/sqrt(Hz)].
-        gyro_turn_on: Deviation of the bias from one start to the next [rad/s].
-        gyro_instability: Deviation of what the bias wanders in a run [rad/s].
-        gyro_range: Greatest rate [rad/s].
-        accel_density: White noise [m/s^2/sqrt(Hz)].
-        accel_turn_on: Deviation of the bias from one start to the next [m/s^2].
-        accel_instability: Deviation of what the bias wanders in a run [m/s^2].
-        accel_range: Greatest specific force [m/s^2].
-        correlation_time: Correlation time of the biases' wandering [s].
-    """
-
-    name: str = "ideal"
-    gyro_density: float = 0.0
-    gyro_turn_on: float = 0.0
-    gyro_instability: float = 0.0
-    gyro_range: float = float("inf")
-    accel_density: float = 0.0
-    accel_turn_on: float = 0.0
-    accel_instability: float = 0.0
-    accel_range: float = float("inf")
-    correlation_time: float = 300.0
-
-
-IDEAL_IMU = ImuNoise()
-
-# Movella, "MTi-300" leaflet, May 2023: 0.01 deg/s/sqrt(Hz), 10 deg/h, 450 deg/s; 60 ug/sqrt(Hz),
-# 15 ug, 20 g. Xsens knowledge base, "Bias repeatability of gyroscopes": 0.5 deg/s, here two sigma.
-# The accelerometer's bias from start to start (3 mg) is an assumption for units of this grade.
-MTI_300 = ImuNoise(
-    name="Xsens MTi-300",
-    gyro_density=float(np.radians(0.01)),
-    gyro_turn_on=float(np.radians(0.25)),
-    gyro_instability=float(np.radians(10.0 / 3600.0)),
-    gyro_range=float(np.radians(450.0)),
-    accel_density=60e-6 * GRAVITY,
-    accel_turn_on=3e-3 * GRAVITY,
-    accel_instability=15e-6 * GRAVITY,
-    accel_range=20.0 * GRAVITY,
-)
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ SEED = 20260  # chooses the points that a search looks at: the same image gives 
 FOOT_SIGMA = 0.005  # [m] deviation of a foot's height over the camera, from the legs' kinematics
 FOOT_PLACE_SIGMA = 0.01  # [m] the same of its place along the climb
 CONTRADICTED = 4.0  # deviations between a foot's height and what was believed
+KNOWN_STEP = 0.002  # [m] deviation of a known flight's rise, run and overhang
 KNOWN = read_only(np.zeros(3))  # deviations of what is known without error
 
 # Deviations of a single image's fit are multiplied by these. Fitted by
@@ -243,6 +244,38 @@ class StairTracker:
             return None
         belief = make_belief(searched, pose, stamp=stamp, tilt=self._accuracy.tilt)
         return in_world(felt(belief, feet), pose)
+
+    def follow(
+        self, depth: NDArray[np.floating], pose: CameraPose, known: StairBelief, *, stamp: float
+    ) -> StairBelief | None:
+        """The stairs of a known flight, as an image shows them.
+
+        Rises, runs and overhang are as they are known, but for an unevenness of single steps.
+
+        Args:
+            depth: The image.
+            pose: Pose of the camera when it was taken.
+            known: The flight, told from there.
+            stamp: The time of the image [s].
+
+        Returns:
+            The belief, without the error of the camera's heading on the robot; None if the image
+            does not show them.
+        """
+        tilt = float(np.hypot(self._accuracy.tilt, pose.tilt_sigma))
+        frame = prepare_frame(
+            depth, self._model, pose.R_LC, replace(self._accuracy, tilt=tilt), rows=self._rows
+        )
+        priors = replace(
+            self._priors,
+            rise=(abs(known.rise), KNOWN_STEP),
+            run=(known.run, KNOWN_STEP),
+            overhang=(known.overhang, KNOWN_STEP),
+        )
+        found = self._track(frame, priors, pose, known, None)
+        if found is None:
+            return None
+        return make_belief(found[0], pose, stamp=stamp, tilt=0.0, passed=found[1])
 
     def _floor(self, pose: CameraPose, feet: FloatArray | None) -> tuple[float, float]:
         if feet is None or len(feet) == 0:

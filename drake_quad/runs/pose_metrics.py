@@ -47,8 +47,10 @@ def estimate_figures(c: Columns) -> dict[str, Any] | None:
     Returns:
         `drift` [m] of the base's place at the end, `way` [m] that the base went, `drift_ratio` of
         the two; `position_error_max` [m]; `yaw_error_max_deg` and `attitude_error_max_deg` (of the
-        whole orientation) from SETTLED on; `slips_flagged`, how often a foot came to be taken for
-        slipping; `samples_unhealthy`.
+        whole orientation) from SETTLED on; `place_error_sigmas` and `yaw_error_sigmas`, root mean
+        square of the errors along the ground and of the heading over their stated deviations, from
+        SETTLED on: 1 of deviations that are right; `slips_flagged`, how often a foot came to be
+        taken for slipping; `samples_unhealthy`.
     """
     if "base_estimated_x" not in c:
         return None
@@ -66,6 +68,17 @@ def estimate_figures(c: Columns) -> dict[str, Any] | None:
         "position_error_max": float(np.max(error)),
         "yaw_error_max_deg": _greatest_deg(yaw_error(c)[settled]),
         "attitude_error_max_deg": _greatest_deg(attitude[settled]),
+        "place_error_sigmas": _root_mean_square(
+            np.stack(
+                [
+                    (estimated - base_place(c))[settled, k] / c[f"deviation_base_{axis}"][settled]
+                    for k, axis in enumerate("xy")
+                ]
+            )
+        ),
+        "yaw_error_sigmas": _root_mean_square(
+            yaw_error(c)[settled] / c["deviation_turn_z"][settled]
+        ),
         "slips_flagged": int(np.sum(np.diff(flags.astype(int), axis=0, prepend=0) > 0)),
         "samples_unhealthy": int(np.sum(~c["estimator_healthy"].astype(bool))),
     }
@@ -114,6 +127,11 @@ def least_friction(c: Columns) -> float | None:
     """The least friction coefficient that any foot was trusted with; None where none is learned."""
     names = [f"{leg}_friction_estimated" for leg in SHORT_NAMES]
     return float(min(np.min(c[name]) for name in names)) if names[0] in c else None
+
+
+def _root_mean_square(values: FloatArray) -> float | None:
+    """The root of the mean square of values of any shape; None of none."""
+    return float(np.sqrt(np.mean(values**2))) if values.size else None
 
 
 def _greatest_deg(angle: FloatArray) -> float | None:

@@ -221,6 +221,9 @@ SUMMARY = (
            "0.1 s on", shown=Shown("Estimated heading farthest from the truth", 2, "°")),
     Figure("estimate.attitude_error_max_deg", "deg", "Greatest error of the whole estimated "
            "orientation from 0.1 s on"),
+    Figure("estimate.place_error_sigmas", "", "Errors of the estimated place along the ground over "
+           "their stated deviations, root mean square from 0.1 s on; some 1 where these are right"),
+    Figure("estimate.yaw_error_sigmas", "", "The same of the estimated heading"),
     Figure("estimate.slips_flagged", "", "How often a foot came to be taken for slipping"),
     Figure("estimate.samples_unhealthy", "samples", "Samples in which a sensor's reading was not "
            "sound"),

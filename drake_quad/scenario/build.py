@@ -8,10 +8,9 @@ import numpy as np
 
 from drake_quad.errors import InputError
 from drake_quad.estimation.contact_from_torques import TouchSettings
+from drake_quad.estimation.imu_units import IDEAL_IMU, IMUS
 from drake_quad.estimation.sensor_models import (
-    IDEAL_IMU,
     IDEAL_JOINTS,
-    MTI_300,
     ODRI_DRIVE,
     SensorErrors,
     TorqueErrors,
@@ -208,7 +207,7 @@ def sensor_errors(scenario: Scenario) -> SensorErrors | None:
         return None
     real = scenario.sensors.noise == "realistic"
     return SensorErrors(
-        imu=MTI_300 if real else IDEAL_IMU,
+        imu=IMUS[scenario.sensors.imu] if real else IDEAL_IMU,
         joints=ODRI_DRIVE if real else IDEAL_JOINTS,
         imu_generator=generator_of(scenario, "imu"),
         joint_generator=generator_of(scenario, "joint_sensor"),

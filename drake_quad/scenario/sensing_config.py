@@ -5,6 +5,7 @@ Plain dataclasses with unpostponed annotations, as those of `config.py`.
 
 from dataclasses import dataclass
 
+from drake_quad.estimation.imu_units import IMUS
 from drake_quad.stability.margin_kinds import KINDS
 from drake_quad.util.schema import choice, not_negative, number, within
 
@@ -18,6 +19,13 @@ class EstimatorConfig:
         ("truth", "ekf"),
         "`truth`: the controller has the simulated state itself; `ekf`: what it estimates from its "
         "sensors",
+    )
+    landmarks: str = choice(
+        "none",
+        ("none", "stairs"),
+        "What corrects the drift of place and heading: `none`; `stairs`, with `kind: ekf`, the "
+        "map's flights, which the robot sees ahead with its depth camera (`perception`) as it "
+        "walks ([how](estimation.md#stairs-as-landmarks))",
     )
     foot_give: float = number(
         0.0,
@@ -37,6 +45,12 @@ class SensorsConfig:
         "realistic",
         ("none", "realistic"),
         "Noise of the sensors: that of real units, drawn by the seed",
+    )
+    imu: str = choice(
+        "mti_300",
+        tuple(IMUS),
+        "The IMU, whose errors are drawn, and by whose data sheet the estimator goes: `mti_300`, "
+        "an industrial one; `adis_16495`, one of tactical grade; `bmi_088`, a cheap MEMS unit",
     )
     contacts: str = choice(
         "feet",

@@ -145,6 +145,13 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
             raise fail("prefer", f"must be {PREFER[0]} unless design is auto: this gait is given")
         if scenario.perception.map == "seen":
             raise fail("prefer", f"must be {PREFER[0]} with perception.map seen: no quick gait yet")
+    if scenario.estimator.landmarks != "none":
+        if scenario.estimator.kind != "ekf":
+            remedy = "must be none unless estimator.kind is ekf: they correct what it estimates"
+            raise fail("estimator.landmarks", remedy)
+        if scenario.perception.map == "seen":
+            remedy = "must be none with perception.map seen: only a map that is told has landmarks"
+            raise fail("estimator.landmarks", remedy)
     if scenario.gait.margin != HULL and scenario.body.balance == "dynamic":
         raise fail(
             "gait.margin", "must be hull with body.balance dynamic, which asks for no static margin"

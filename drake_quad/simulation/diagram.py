@@ -22,6 +22,7 @@ from pydrake.systems.primitives import Gain
 from drake_quad.common import FloatArray
 from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.contact_from_torques import TouchSettings
+from drake_quad.estimation.imu_units import IMUS, MTI_300, ImuNoise
 from drake_quad.estimation.sensor_models import SensorErrors, TorqueErrors
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
@@ -30,7 +31,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.runs.schema import sources_of
 from drake_quad.scenario.build import sensor_errors, torque_errors, touch_settings
-from drake_quad.simulation.eyes import AddGrowingMap
+from drake_quad.simulation.eyes import AddGrowingMap, AddLandmarks
 from drake_quad.simulation.instruments import (
     AddGroundNormalSensor,
     AddLoggers,
@@ -192,6 +193,8 @@ def MakeStairClimb(
     visualize: Visualize | None = None,
     tracking: str | MakeTracking | None = None,
     growth: Growth | None = None,
+    landmarks: bool = False,
+    imu: ImuNoise = MTI_300,
 ) -> StairClimb:
     """Wires plant, controller, monitors and loggers; the robot stands in `stance` at first.
 
@@ -217,6 +220,9 @@ def MakeStairClimb(
         visualize: Function that adds viewers to the Diagram.
         tracking: Controller of one's own, as for MakeController.
         growth: How to plan on where the map grows; `visualize` then has to add a MapKeeper.
+        landmarks: Whether what is seen of the map's flights corrects the estimated state;
+            `visualize` then has to add a LandmarkFinder.
+        imu: The IMU that the estimator is told that it has.
     """
     world = course if world is None else world
     disturbances = disturbances or Disturbances()
@@ -248,6 +254,8 @@ def MakeStairClimb(
             feel_normals=feel_normals,
             foot_give=foot_give,
             growth=growth,
+            landmarks=landmarks,
+            imu=imu,
         ),
     )
     monitors = AddMonitors(
@@ -356,8 +364,13 @@ def stair_climb_of(
     """
     scenario = preparation.scenario
 
+    landmarks = scenario.estimator.landmarks == "stairs"
+
     def add_eyes(builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-        AddGrowingMap(builder, scene_graph, preparation)
+        if preparation.growth is not None:
+            AddGrowingMap(builder, scene_graph, preparation)
+        if landmarks:
+            AddLandmarks(builder, scene_graph, preparation)
         if visualize is not None:
             visualize(builder, plant, scene_graph)
 
@@ -379,7 +392,9 @@ def stair_climb_of(
         feel_normals=scenario.sensors.ground_normal == "feet",
         torques=torque_errors(scenario, preparation.robot),
         foot_give=scenario.estimator.foot_give,
-        visualize=visualize if preparation.growth is None else add_eyes,
+        visualize=add_eyes,
         tracking=tracking,
         growth=preparation.growth,
+        landmarks=landmarks,
+        imu=IMUS[scenario.sensors.imu],
     )

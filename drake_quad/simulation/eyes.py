@@ -22,13 +22,15 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.perception_config import PerceptionConfig
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.base_pose import BasePose
-from drake_quad.systems.depth_camera import AddDepthCamera
+from drake_quad.systems.depth_camera import AddDepthCamera, DepthCamera
+from drake_quad.systems.landmark_finder import LandmarkFinder
 from drake_quad.systems.map_keeper import MapKeeper, MapSettings
 from drake_quad.systems.stair_estimator import StairEstimator
 from drake_quad.terrain.elements import Element
 
 CAMERAS = {"d435": D435, "d455": D455}
 PERIOD = 0.1  # [s] between images
+LANDMARK_PERIOD = 0.5  # [s] between images in which a robot that walks looks for landmarks
 LOOK_PERIOD = 0.5  # [s] between images that are looked at, at most
 MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes
 
@@ -96,6 +98,46 @@ def AddEyes(
     Raises:
         MachineError: This machine cannot render.
     """
+    scenario = prepared.scenario
+    camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
+    eyes, pose = _AddCamera(builder, scene_graph, prepared, period=PERIOD)
+    estimator: StairEstimator = builder.AddSystem(
+        StairEstimator(
+            model=model_of(scenario),
+            R_BC=X_BC.rotation().matrix(),
+            p_BC=X_BC.translation(),
+            accuracy=stereo_accuracy(camera.disparity_scale()),
+            period=look_period(scenario.perception),
+            tracking=False,
+            landing=landing,
+        )
+    )
+    builder.Connect(_contacts(builder), estimator.GetInputPort("contacts"))
+    for source, output, port in (
+        (eyes, "depth_measured", "depth_measured"), (pose, "feet_estimated", "feet")
+    ):  # fmt: skip
+        builder.Connect(source.GetOutputPort(output), estimator.GetInputPort(port))
+    return estimator
+
+
+def _AddCamera(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    prepared: PreparedScenario,
+    *,
+    period: float,
+) -> tuple[DepthCamera, BasePose]:
+    """Adds the depth camera on the trunk, which is told the pose that the controller has.
+
+    Args:
+        builder: Builder that holds plant and controller by these names.
+        scene_graph: What is seen.
+        prepared: The robot and its scenario.
+        period: Time between images [s].
+
+    Raises:
+        MachineError: This machine cannot render.
+    """
     scenario, robot = prepared.scenario, prepared.robot
     plant = builder.GetSubsystemByName("plant")
     controller = builder.GetSubsystemByName("controller")
@@ -111,20 +153,9 @@ def AddEyes(
         noise=STEREO_NOISE,
         generator=generator_of(scenario, "depth_camera"),
         portrait=scenario.perception.camera_hold == "portrait",
-        period=PERIOD,
+        period=period,
     )
     pose = builder.AddSystem(BasePose(robot=robot, layout=make_layout(plant, robot)))
-    estimator: StairEstimator = builder.AddSystem(
-        StairEstimator(
-            model=model_of(scenario),
-            R_BC=X_BC.rotation().matrix(),
-            p_BC=X_BC.translation(),
-            accuracy=stereo_accuracy(camera.disparity_scale()),
-            period=look_period(scenario.perception),
-            tracking=False,
-            landing=landing,
-        )
-    )
     told = controller if controller.HasOutputPort("robot_state_estimated") else None
     state = (
         plant.get_state_output_port()
@@ -136,14 +167,44 @@ def AddEyes(
         builder.Connect(
             told.GetOutputPort("estimator_deviation"), eyes.GetInputPort("estimator_deviation")
         )
-    builder.Connect(_contacts(builder), estimator.GetInputPort("contacts"))
-    for source, output, sink, port in (
-        (pose, "base_pose_estimated", eyes, "base_pose_estimated"),
-        (eyes, "depth_measured", estimator, "depth_measured"),
-        (pose, "feet_estimated", estimator, "feet"),
-    ):
-        builder.Connect(source.GetOutputPort(output), sink.GetInputPort(port))
-    return estimator
+    builder.Connect(
+        pose.GetOutputPort("base_pose_estimated"), eyes.GetInputPort("base_pose_estimated")
+    )
+    return eyes, pose
+
+
+def AddLandmarks(
+    builder: DiagramBuilder, scene_graph: SceneGraph, prepared: PreparedScenario
+) -> LandmarkFinder:
+    """Adds the depth camera, and the finder through which flights of the map correct the estimate.
+
+    Args:
+        builder: Builder that holds plant and controller by these names.
+        scene_graph: What is seen.
+        prepared: The robot and its scenario, whose map is told.
+
+    Raises:
+        MachineError: This machine cannot render.
+    """
+    scenario = prepared.scenario
+    camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
+    eyes, _ = _AddCamera(builder, scene_graph, prepared, period=LANDMARK_PERIOD)
+    finder: LandmarkFinder = builder.AddSystem(
+        LandmarkFinder(
+            model=model_of(scenario),
+            R_BC=X_BC.rotation().matrix(),
+            p_BC=X_BC.translation(),
+            accuracy=stereo_accuracy(camera.disparity_scale()),
+            course=prepared.course,
+            period=PERIOD,
+        )
+    )
+    builder.Connect(eyes.GetOutputPort("depth_measured"), finder.GetInputPort("depth_measured"))
+    controller = builder.GetSubsystemByName("controller")
+    builder.Connect(
+        finder.GetOutputPort("landmark_sighted"), controller.GetInputPort("landmark_sighted")
+    )
+    return finder
 
 
 def look_period(perception: PerceptionConfig) -> float:

@@ -57,6 +57,8 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
     if scenario.design == "auto":
         scenario = design_preferred(scenario, source=source).scenario
     robot, course, settings, tasks, stance = _values(scenario, source=source)
+    if scenario.estimator.landmarks != "none":
+        check_mount(scenario.perception, robot, source=source)
     world = world_of(scenario, course, source=source)
     disturbances = disturbances_of(scenario, robot, source=source)
     try:

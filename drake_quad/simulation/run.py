@@ -135,7 +135,10 @@ def assumptions_of(scenario: Scenario) -> str:
         flags = f"an exact map, {flags}"
     if scenario.estimator.kind == "truth":
         return f"{flags}, and a controller that is told the robot's true state"
-    return f"{flags}; the controller estimates its state from its sensors"
+    told = f"{flags}; the controller estimates its state from its sensors"
+    if scenario.estimator.landmarks == "stairs":
+        told += ", and corrects its place by the flights of the map, which a depth camera sees"
+    return told
 
 
 def at_goal(table: pa.Table, reason: str) -> tuple[str, str]:

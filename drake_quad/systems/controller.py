@@ -4,7 +4,9 @@ Its ports are what a robot has; it holds a model of the robot and never sees the
 """
 
 import inspect
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
@@ -14,7 +16,7 @@ from drake_quad.control.push_recovery import Reflex
 from drake_quad.control.settings import ControlSettings, for_legs
 from drake_quad.errors import InputError
 from drake_quad.estimation.contact_from_torques import TouchSettings
-from drake_quad.estimation.filter_state import EstimatorSettings
+from drake_quad.estimation.imu_units import MTI_300, ImuNoise, settings_for
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
@@ -35,6 +37,11 @@ from drake_quad.terrain.course import Course
 LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing
 FOOT_SINK = 0.0015  # [m]: a rubber foot, or ground, that gives by a millimetre or two
 MAP_HEIGHT = 0.005  # [m]: treads of one flight differ by so much (IBC: 9.5 mm at most)
+# What the filter takes a camera's errors to be, and those of the way between two flights.
+LANDMARKS = {
+    "step_drift": 0.0006, "camera_range": 0.01, "camera_yaw": math.radians(0.25),
+    "camera_side": 0.006,
+}  # fmt: skip
 ESTIMATES = (
     "robot_state_estimated",
     "estimator_deviation",
@@ -75,6 +82,8 @@ def MakeController(
     feel_normals: bool = False,
     foot_give: float = 0.0,
     growth: Growth | None = None,
+    landmarks: bool = False,
+    imu: ImuNoise = MTI_300,
 ) -> Diagram:
     """Returns the controller as a Diagram of its own.
 
@@ -95,6 +104,8 @@ def MakeController(
         feel_normals: Whether sensors in the feet tell it how the ground is tilted; else the map.
         foot_give: How much foot and ground give under load, as its estimator knows it [m].
         growth: How to plan on where the map grows; None: it does not.
+        landmarks: Whether what a LandmarkFinder sees corrects the estimated state.
+        imu: The IMU that its estimator is told that it has.
 
     Raises:
         InputError: No such name, or a system without the ports of a TrackingController.
@@ -107,6 +118,7 @@ def MakeController(
         joint_state_measured: (24,) of the JointSensor, if there is a `start`.
         robot_state_estimated: [q; v] in the order of `model`, if there is no `start`.
         map_known: MapRevision of a MapKeeper (abstract), if the map grows.
+        landmark_sighted: LandmarkSighting of a LandmarkFinder (abstract), if there are landmarks.
     Output ports:
         joint_state_desired, joint_torque_feedforward: Commands, in `model`'s actuator order.
         gait_phase, contact_state_desired, catch, body_desired, feet_desired: For logs.
@@ -172,7 +184,9 @@ def MakeController(
     else:
         estimator = builder.AddNamedSystem(
             "state_estimator",
-            _MakeEstimator(robot, layout, start, control, course, foot_give, growth is not None),
+            _MakeEstimator(
+                robot, layout, start, control, course, foot_give, growth is not None, landmarks, imu
+            ),
         )
         for system in state_users:
             builder.Connect(
@@ -186,6 +200,8 @@ def MakeController(
             )
         for name in ("imu_measured", "joint_state_measured"):
             _ExportInput(builder, name, (estimator,))
+        if landmarks:
+            _ExportInput(builder, "landmark_sighted", (estimator,))
         for name in ESTIMATES:
             builder.ExportOutput(estimator.GetOutputPort(name), name)
     if growth is not None:
@@ -321,7 +337,8 @@ def _ExportInput(builder: DiagramBuilder, name: str, systems: Sequence[LeafSyste
 
 def _MakeEstimator(
     robot: RobotModel, layout: StateLayout, start: Stance, control: ControlSettings,
-    course: Course, foot_give: float, map_grows: bool,
+    course: Course, foot_give: float, map_grows: bool, landmarks: bool,
+    imu: ImuNoise,
 ) -> StateEstimator:  # fmt: skip
     q, _, _ = pose_robot(robot, start.body[None], start.feet[None])
     return StateEstimator(
@@ -331,11 +348,16 @@ def _MakeEstimator(
         yaw=float(start.body[4]),
         pitch=float(start.body[3]),
         q=q.reshape(12),
-        settings=EstimatorSettings(
-            level_start=LEVEL_START, foot_sink=FOOT_SINK, map_height=MAP_HEIGHT
+        settings=replace(
+            settings_for(imu),
+            level_start=LEVEL_START,
+            foot_sink=FOOT_SINK,
+            map_height=MAP_HEIGHT,
+            **(LANDMARKS if landmarks else {}),
         ),
         period=control.period,
         course=course,
         foot_give=foot_give,
         map_grows=map_grows,
+        landmarks=landmarks,
     )

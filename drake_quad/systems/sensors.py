@@ -5,11 +5,10 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, State
 
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.estimation.ground_normals import feel_normals
+from drake_quad.estimation.imu_units import IDEAL_IMU, ImuNoise
 from drake_quad.estimation.sensor_models import (
-    IDEAL_IMU,
     IDEAL_JOINTS,
     ImuErrors,
-    ImuNoise,
     JointErrors,
     JointNoise,
     TorqueErrors,

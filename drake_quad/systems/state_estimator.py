@@ -12,6 +12,8 @@ from drake_quad.estimation.filter_state import (
     filter_model,
     initial_memory,
 )
+from drake_quad.estimation.landmark_correction import Landmark, correct_by_landmark
+from drake_quad.perception.landmarks import NO_SIGHTING, LandmarkSighting
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
@@ -22,14 +24,15 @@ from drake_quad.terrain.course import Course, box_tops
 class StateEstimator(LeafSystem):
     """A contact-aided invariant extended Kalman filter; see docs/estimation.md.
 
-    Place and heading are as good as the start is known: nothing the robot feels shows them. Height
-    is the map's, where there is one.
+    Place and heading are as good as the start is known, for nothing the robot feels shows them, or
+    as landmarks show them. Height is the map's, where there is one.
 
     Input ports:
         imu_measured: (6,) rate [rad/s] and specific force [m/s^2] in B.
         joint_state_measured: (24,) joint angles [rad], then speeds [rad/s], leg by leg.
         contact_state_measured: (4,) 1 where a foot bears.
         motion_plan: The MotionPlan under way (abstract), where the map grows: its map counts.
+        landmark_sighted: LandmarkSighting (abstract), if there are landmarks.
     Output ports:
         robot_state_estimated: [q; v] in the layout's order; joints as measured.
         estimator_deviation: (9,) standard deviations of orientation [rad], velocity [m/s] and
@@ -54,6 +57,7 @@ class StateEstimator(LeafSystem):
         course: Course | None = None,
         foot_give: float = 0.0,
         map_grows: bool = False,
+        landmarks: bool = False,
     ) -> None:
         """Puts the robot at its known start.
 
@@ -70,6 +74,7 @@ class StateEstimator(LeafSystem):
             foot_give: How much foot and ground give under load: a foot rolls as one whose radius is
                 smaller by that, and its middle is lower by it [m].
             map_grows: Whether there is a port `motion_plan`, whose plans have the map that counts.
+            landmarks: Whether there is a port `landmark_sighted`.
         """
         super().__init__()
         self.set_name("state_estimator")
@@ -90,6 +95,11 @@ class StateEstimator(LeafSystem):
         self._plan = None
         if map_grows:
             self._plan = self.DeclareAbstractInputPort("motion_plan", AbstractValue.Make(object()))
+        self._landmark = None
+        if landmarks:
+            self._landmark = self.DeclareAbstractInputPort(
+                "landmark_sighted", AbstractValue.Make(NO_SIGHTING)
+            )
         self._mapped: tuple[Course | None, FloatArray] = course, self._tops
         self._memory = int(self.DeclareDiscreteState(memory))
         first = np.zeros(layout.size)
@@ -111,6 +121,10 @@ class StateEstimator(LeafSystem):
         imu, joints, contacts = [port.Eval(context) for port in self._inputs]
         out = tuple(value(index) for index in self._outputs)
         tops = self._tops if self._plan is None else self._tops_of(self._plan.Eval(context))
+        if self._landmark is not None:
+            seen: LandmarkSighting = self._landmark.Eval(context)
+            landmark = Landmark(seen.stamp, seen.direction, seen.eye, seen.off, seen.covariance)
+            correct_by_landmark(value(self._memory), landmark, self._model)
         run_filter(value(self._memory), (imu, joints, contacts), self._model, tops, out)
 
     def _tops_of(self, plan: MotionPlan) -> FloatArray:

@@ -9,7 +9,8 @@ from estimation_rig import DT, Motion, angle_between, crawl, estimate, readings,
 from rig import paper_robot
 
 from drake_quad.estimation.filter_state import E_GYRO, EstimatorSettings
-from drake_quad.estimation.sensor_models import IDEAL_IMU, MTI_300, ODRI_DRIVE
+from drake_quad.estimation.imu_units import IDEAL_IMU, MTI_300
+from drake_quad.estimation.sensor_models import ODRI_DRIVE
 
 NOISY: dict[str, Any] = {"imu_noise": MTI_300, "joint_noise": ODRI_DRIVE}
 

@@ -10,7 +10,8 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from drake_quad.estimation.correction import feet_in_body
-from drake_quad.estimation.sensor_models import BIAS_ROWS, MTI_300, WHITE_ROWS, draw_imu_errors
+from drake_quad.estimation.imu_units import MTI_300
+from drake_quad.estimation.sensor_models import BIAS_ROWS, WHITE_ROWS, draw_imu_errors
 from drake_quad.math.rotations import (
     left_jacobian,
     multiply,

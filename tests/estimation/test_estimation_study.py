@@ -19,7 +19,8 @@ from rig import model_layout, paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.estimation.filter_state import EstimatorSettings
-from drake_quad.estimation.sensor_models import MTI_300, ODRI_DRIVE
+from drake_quad.estimation.imu_units import MTI_300
+from drake_quad.estimation.sensor_models import ODRI_DRIVE
 from drake_quad.robot.legs import SHORT_NAMES
 
 SETTLED = 50  # ticks after which the tilt is the filter's own, not the first reading's

@@ -5,12 +5,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from drake_quad.common import FloatArray
+from drake_quad.estimation.imu_units import IDEAL_IMU, MTI_300, ImuNoise
 from drake_quad.estimation.sensor_models import (
-    IDEAL_IMU,
     IDEAL_JOINTS,
-    MTI_300,
     ODRI_DRIVE,
-    ImuNoise,
     JointNoise,
     draw_imu_errors,
     draw_joint_errors,

@@ -16,6 +16,8 @@ def test_errors_of_the_estimate_are_its_distances_from_the_truth(ahead: float, y
     assert found["drift_ratio"] == pytest.approx(abs(ahead) / found["way"], abs=1e-9)
     for key in ("yaw_error_max_deg", "attitude_error_max_deg"):
         assert found[key] == pytest.approx(np.degrees(abs(yaw)), abs=1e-6)
+    assert found["place_error_sigmas"] == pytest.approx(abs(ahead) / 0.01 / np.sqrt(2.0), abs=1e-6)
+    assert found["yaw_error_sigmas"] == pytest.approx(abs(yaw) / 0.002, abs=1e-6)
     assert found["slips_flagged"] == found["samples_unhealthy"] == 0
     assert summary(log())["estimate"] is None
 

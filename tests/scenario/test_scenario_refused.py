@@ -120,6 +120,13 @@ MISFITS = [
         "simulation.simulator.target_realtime_rate",
         "simulation.realtime_rate",
     ),
+    ("estimator: {landmarks: stairs}", "estimator.landmarks", "estimator.kind is ekf"),
+    (
+        "estimator: {kind: ekf, landmarks: stairs}\nperception: {map: seen}",
+        "estimator.landmarks",
+        "only a map that is told",
+    ),
+    ("sensors: {imu: mti_30}", "sensors.imu", "did you mean mti_300?"),
     ("start: {distance: 6.1}", "start.distance", "6 m long"),
     ("start: {distance: -0.1}", "start.distance", "not be negative"),
     ("mission: [{kind: wlak, distance: 1}]", "mission[0].kind", "did you mean walk?"),

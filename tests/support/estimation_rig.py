@@ -16,10 +16,9 @@ from drake_quad.estimation.filter_state import (
     filter_model,
     initial_memory,
 )
+from drake_quad.estimation.imu_units import IDEAL_IMU, ImuNoise
 from drake_quad.estimation.sensor_models import (
-    IDEAL_IMU,
     IDEAL_JOINTS,
-    ImuNoise,
     JointNoise,
     draw_imu_errors,
     draw_joint_errors,

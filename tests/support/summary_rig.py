@@ -111,6 +111,8 @@ def estimated(table: pa.Table, *, ahead: float = 0.0, yaw: float = 0.0) -> pa.Ta
     for k, name in enumerate(("roll", "pitch", "yaw")):
         columns[f"base_estimated_{name}"] = rpy[:, k] + yaw * (name == "yaw")
     columns |= {f"{leg}_slip_estimated": np.zeros(n, dtype=bool) for leg in SHORT_NAMES}
+    columns |= {f"deviation_base_{axis}": np.full(n, 0.01) for axis in "xyz"}
+    columns |= {"deviation_turn_z": np.full(n, 0.002)}
     columns |= {"qp_unsolved": np.arange(n) // 100, "carried_force": np.full(n, 49.05)}
     columns |= {"carried_moment_x": np.full(n, 2.4525), "carried_moment_y": np.full(n, -4.905)}
     columns |= {f"{leg}_friction_estimated": np.full(n, 0.5) for leg in SHORT_NAMES}

@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context
 from rig import GRAVITY, fix_inputs, model_layout, read
 
 from drake_quad.common import FloatArray
-from drake_quad.estimation.sensor_models import IDEAL_IMU, MTI_300, ImuNoise
+from drake_quad.estimation.imu_units import IDEAL_IMU, MTI_300, ImuNoise
 from drake_quad.systems.sensors import Imu
 
 DT = 0.002

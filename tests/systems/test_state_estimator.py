@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 from estimation_rig import DT
+from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 from rig import GRAVITY, fix_inputs, flat_course, model_layout, paper_robot, read
 
 from drake_quad.common import FloatArray
 from drake_quad.estimation.filter_state import EstimatorSettings
+from drake_quad.perception.landmarks import NO_SIGHTING, LandmarkSighting
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.systems.state_estimator import StateEstimator
 
@@ -140,3 +142,35 @@ def test_two_contexts_share_nothing() -> None:
     alone.run(200)
     assert np.abs(alone.read() - before).max() > 0.01
     np.testing.assert_array_equal(read(alone.system, other, "robot_state_estimated"), before)
+
+
+def test_a_landmark_corrects_the_estimate_once() -> None:
+    """Seen 50 mm too far ahead by a robot that is not sure of its place, it moves back; once."""
+    system = StateEstimator(
+        robot=paper_robot(), layout=model_layout(), p_WB=np.array([1.0, 2.0, 0.9]), yaw=0.0, q=Q,
+        settings=EstimatorSettings(initial_position=0.1, camera_range=0.002), landmarks=True,
+    )  # fmt: skip
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    fix_inputs(system, context, **REST)
+    port = system.GetInputPort("landmark_sighted")
+    port.FixValue(context, AbstractValue.Make(NO_SIGHTING))
+    at = model_layout().q_base + 4
+
+    def place(until: float) -> FloatArray:
+        simulator.AdvanceTo(until)
+        return read(system, context, "robot_state_estimated")[at : at + 3]
+
+    np.testing.assert_allclose(place(0.2), [1.0, 2.0, 0.9], atol=1e-6)
+    sighting = LandmarkSighting(
+        stamp=0.15, direction=np.array([1.0, 0.0]), eye=np.array([1.6, 2.0, 1.0]),
+        off=np.array([0.05, 0.0, 0.0]), covariance=np.diag([1e-6, 1e-6, np.inf]),
+    )  # fmt: skip
+    port.FixValue(context, AbstractValue.Make(sighting))
+    np.testing.assert_allclose(place(0.21), [0.95, 2.0, 0.9], atol=0.002)
+    np.testing.assert_allclose(place(1.0), [0.95, 2.0, 0.9], atol=0.002)
+
+
+def test_without_landmarks_there_is_no_port_for_them() -> None:
+    """A robot without a camera has nothing to connect."""
+    assert not Alone().system.HasInputPort("landmark_sighted")

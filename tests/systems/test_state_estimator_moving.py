@@ -15,13 +15,8 @@ from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 from rig import URL, feet_of, flat_course, model_layout, paper_robot, read, stand_plan, state_of
 
 from drake_quad.common import FloatArray
-from drake_quad.estimation.sensor_models import (
-    IDEAL_IMU,
-    IDEAL_JOINTS,
-    MTI_300,
-    ODRI_DRIVE,
-    SensorErrors,
-)
+from drake_quad.estimation.imu_units import IDEAL_IMU, MTI_300
+from drake_quad.estimation.sensor_models import IDEAL_JOINTS, ODRI_DRIVE, SensorErrors
 from drake_quad.planning.motion_plan import pose_robot
 from drake_quad.robot.loader import AddRobot
 from drake_quad.robot.state import StateLayout, make_layout
