@@ -365,7 +365,7 @@ def _search(
         search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
     if beat is not None and (most := search.margin()) <= beat:
         raise PlanningError(f"another path has a margin of {beat:.3f} m, this one {most:.3f} m")
-    keep_limits(search)
+    keep_limits(search, settings.searches)
     if any(len(phase.steps) > 1 for phase in search.contacts.phases):
         _come_to_line(search)
 

@@ -291,6 +291,18 @@ def check_self_collision(robot: RobotModel, task: Task, samples: PlanSamples) ->
         _refuse(clearance, names, words, samples, task, figures)
 
 
+def check_shanks(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
+    """Refuses a task's plan in which a knee or shank comes into the ground.
+
+    Raises:
+        PlanningError: With which, where and how far.
+    """
+    lane, body = course.lanes[task.lane], samples.body[:, 0]
+    clearance = shank_clearance(robot, lane, body, samples.feet, samples.q).min(axis=-1)
+    words = "the knee or shank of {} would be {:.3f} m inside the stairs"
+    _refuse(clearance, NAMES, words, samples, task, ("room",))
+
+
 def check_thighs(robot: RobotModel, course: Course, task: Task, samples: PlanSamples) -> None:
     """Refuses a task's plan in which a thigh comes into the ground.
 

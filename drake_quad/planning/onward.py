@@ -17,6 +17,7 @@ from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.growing_map import nosings_in_view
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.perception.stair_tracker import CameraPose
+from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.mission import (
     check_lift_offs,
     check_plan,
@@ -40,6 +41,9 @@ from drake_quad.terrain.lane import Lane
 GOOD_VIEW, LEAST_VIEW = 2, 1
 PROGRESS = 0.3  # [m] that a walk on the floor is to come nearer
 MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are rounded up
+SEARCHES = 3  # for a body path, where the first finds none that legs can follow
+BY_THE_PATH = {"excess", "too_fast", "room"}  # figures of errors that another path may not have
+ATTEMPTS = 2  # that may be refused: for want of searches, and for being too quick
 WALK_ON, LOOK_AGAIN = "walk to the next look", "stand and look again"
 
 
@@ -238,19 +242,24 @@ def _plan(
 ) -> tuple[list[MotionPlan], PlanSettings]:
     """The plans of some tasks, checked as those of a mission are before a run, and their settings.
 
-    The gait's times were found for a walk from somewhere else. If joints would have to turn faster
+    The gait was found for a walk from somewhere else. If legs would be beyond their limits, or in
+    the stairs, paths are looked for by further searches. If joints would still have to turn faster
     than they can, all is planned again as much slower.
 
     Raises:
         PlanningError: There is none, or it cannot be carried out.
     """
-    try:
-        return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
-    except PlanningError as problem:
-        factor = how_much_slower(problem)
-        if factor is None:
-            raise
-        settings = slower(settings, factor)
+    for _ in range(ATTEMPTS):
+        try:
+            return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
+        except PlanningError as problem:
+            if settings.searches < SEARCHES and not problem.data.keys().isdisjoint(BY_THE_PATH):
+                settings = replace(settings, searches=SEARCHES)
+                continue
+            factor = how_much_slower(problem)
+            if factor is None:
+                raise
+            settings = slower(settings, factor)
     return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
 
 
@@ -274,6 +283,7 @@ def _checked(
             check_lift_offs(plan, samples, lift_off_margin)
         check_slopes(course, plan, settings.friction)
         check_torques(robot, plan, samples, slopes_of(course, settings.friction))
+        check_shanks(robot, course, task, samples)
         if task.kind == "spin":
             check_turning_width(robot, plan, course.lanes[task.lane])
         plans.append(plan)

@@ -75,6 +75,7 @@ class PlanSettings:
         margin: Region that the static margin is measured in, one of
             `stability.margin_kinds.KINDS`.
         friction: Coulomb's coefficient that a margin beyond the hull's counts on.
+        searches: How many searches there are at most for a body path within the legs' limits.
     """
 
     duty_factor: float = 0.85
@@ -123,6 +124,7 @@ class PlanSettings:
     guard: float = 0.15
     margin: str = HULL
     friction: float = 0.5
+    searches: int = 1
 
 
 END_CLEARANCE = 0.25  # [m] between the foremost foot and the end of the course

@@ -31,11 +31,15 @@ from drake_quad.terrain.lane import Lane
 SAME_PLACE = 0.03  # [m] from where a foot is to stand, within which it stays, on a flight
 
 
+WAITS = 1.25  # places by which a foot may be back before a flight, where a foot is set down
+
+
 def walk_start(lane: Lane, settings: PlanSettings, stance: Stance) -> float:
     """The place that the body of a walk starts from, along the lane [m].
 
     It is where the body is, on level ground. On a flight the body may stand ahead of its place: the
-    place is the one whose footprints are nearest to those of the feet.
+    place is the one whose footprints are nearest to those of the feet. A foot that stands before
+    the flight may be up to a place farther back than its footprint: none stands close to a riser.
 
     Args:
         lane: The lane.
@@ -53,8 +57,15 @@ def walk_start(lane: Lane, settings: PlanSettings, stance: Stance) -> float:
     places = np.concatenate([before, places, places[-1] + gap * np.arange(1, pattern.beyond + 3)])
     first = np.array([pattern.first(leg) for leg in LEGS])
     starts = range(-int(first.min()), len(places) - int(first.max()))
-    off = [float(np.abs(places[k + first] - feet).sum()) for k in starts]
-    return float(places[starts[int(np.argmin(off))]])
+    before_flight = feet < float(lane.breaks[flight.first])
+
+    def off(k: int) -> float:
+        """How far the feet are from the footprints of the place `k`, in all [m]."""
+        back = places[k + first] - feet
+        waits = before_flight & (back > 0.0) & (back <= WAITS * gap)
+        return float(np.abs(back[~waits]).sum())
+
+    return float(places[min(starts, key=off)])
 
 
 def _as_they_stand(lane: Lane, feet: FloatArray, desired: FloatArray) -> FloatArray:

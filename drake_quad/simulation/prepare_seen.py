@@ -11,6 +11,7 @@ from drake_quad.gait_design.designer import design_scenario
 from drake_quad.perception.growing_map import trust
 from drake_quad.perception.sight import Sight
 from drake_quad.perception.stair_map import StairMap, describe_belief, make_stair_map
+from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.mission import check_mission, plan_mission
 from drake_quad.planning.onward import plan_onward, round_up
 from drake_quad.planning.problem import Task, derive_mission
@@ -136,8 +137,9 @@ def plan_on_sight(
     look = replace(first, name=LOOK, duration=scenario.perception.look_time)
     tasks = (look, *others)
     plan = plan_mission(robot, course, settings, tasks, blind.stance)
-    check_mission(robot, plan, uniform_body=settings.uniform_body)
-    for task, motion in zip(tasks, plan.plans, strict=True):
+    samples = check_mission(robot, plan, uniform_body=settings.uniform_body)
+    for task, motion, sampled in zip(tasks, plan.plans, samples, strict=True):
+        check_shanks(robot, course, task, sampled)
         if task.kind == "spin":
             check_turning_width(robot, motion, course.lanes[task.lane])
     return replace(

@@ -248,7 +248,7 @@ def test_a_path_that_cannot_beat_another_is_left_before_limits_are_kept(
     path, margin = planned(SETTINGS)
     again, _, same = plan_body(paper_robot(), *laid(SETTINGS), SETTINGS, beat=margin - 0.01)
     assert same == margin and np.array_equal(again.control, path.control)
-    monkeypatch.setattr(body_path, "keep_limits", lambda _: pytest.fail("limits were looked at"))
+    monkeypatch.setattr(body_path, "keep_limits", lambda *_: pytest.fail("limits were looked at"))
     with pytest.raises(PlanningError, match="another path has a margin of"):
         plan_body(paper_robot(), *laid(SETTINGS), SETTINGS, beat=margin + 0.01)
 

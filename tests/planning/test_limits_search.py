@@ -10,6 +10,7 @@ from drake_quad.planning.limits_search import (
     DAMPED,
     LINEAR,
     MOST_PASSES,
+    OTHERWISE,
     PATIENCE,
     keep_limits,
 )
@@ -162,3 +163,45 @@ def test_a_step_that_leads_far_beyond_limits_is_made_shorter() -> None:
     keep_limits(search)
     assert search.find_limits() == 0.0
     assert search.solved < MOST_PASSES
+
+
+class Stuck:
+    """A search that goes to and fro with steps of the usual length, and with no other."""
+
+    believed, keeps_limits = 0.0, False
+
+    def __init__(self, works: float) -> None:
+        self.control, self.works, self.begun = np.zeros(1), works, 0
+
+    def margin(self) -> float:
+        """All paths have the margin that the program believes in."""
+        return 0.0
+
+    def find_limits(self) -> float:
+        """Limits are kept after a step of the share that works."""
+        gone = float(self.control[0])
+        return 0.0 if gone > 1.0 and abs(gone - 1.0 - self.works) < 1e-9 else 0.04
+
+    def solve(self, *, broken: float) -> FloatArray:
+        """A unit further, or back where it began."""
+        return np.array([1.0]) if self.control[0] < 0.5 else np.array([2.0])
+
+    def follow(self, control: FloatArray) -> None:
+        """Takes it; counts how often that is the first path again."""
+        self.begun += int(control[0] == 0.0)
+        self.control = control
+
+
+@pytest.mark.parametrize(("searches", "kept"), [(1, False), (2, False), (3, True)])
+def test_a_further_search_goes_otherwise(searches: int, kept: bool) -> None:
+    """Steps of 0.3 find what steps of 0.6 and 0.8 do not."""
+    search = Stuck(OTHERWISE[1])
+    keep_limits(search, searches)
+    assert (search.find_limits() == 0.0) is kept
+
+
+def test_no_further_search_is_begun_once_limits_are_kept() -> None:
+    """The first search's path stays."""
+    search = Stuck(DAMPED)
+    keep_limits(search, 3)
+    assert search.find_limits() == 0.0 and search.begun == 0

@@ -10,9 +10,11 @@ from rig import course_of, paper_robot, stance_at
 from drake_quad.planning.foothold_grid import FootholdGrid, make_foothold_grid
 from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import check_mission, plan_mission
+from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.settled_places import flight_places
 from drake_quad.planning.walk_footsteps import walk_start
+from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import Element
 from drake_quad.terrain.lane import Lane
@@ -104,3 +106,25 @@ def test_the_robot_stops_on_a_flight_and_goes_on_without_a_step_for_it(tread: in
     heights = lane.height(lane.coordinates(up.end.feet)[0]) + robot.foot_radius
     np.testing.assert_allclose(up.end.feet[:, 2], heights)
     assert walk_start(lane, SETTINGS, up.end) == pytest.approx(goal)
+
+
+@pytest.mark.parametrize("waits", [0.0, 0.14])
+def test_rear_feet_that_wait_before_a_flight_do_not_put_the_walk_back(waits: float) -> None:
+    """With two places a tread none is close before the riser: rear feet may stand a place back."""
+    settings = PlanSettings(pattern=FootholdPattern(1, 3, per_tread=2))
+    lane = course_of(
+        Element("floor", length=3.0),
+        Element("stairs", going="up", rise=0.13, run=0.28, count=7),
+        Element("floor", length=3.0),
+    ).lanes[0]
+    places = flight_places(lane, lane.flights[0], 2)
+    first = np.array([settings.pattern.first(leg) for leg in LEGS])
+    # As the gait has them over its first place, but for the rear feet.
+    feet = np.concatenate([places[0] - 0.14 * np.arange(6, 0, -1), places])[6 + first]
+    behind = feet < 3.0
+    assert np.sum(behind) == 2
+    stance = Stance(
+        body=np.array([places[0] - 0.1, 0.0, 0.9, 0.0, 0.0]),
+        feet=np.column_stack([feet - waits * behind, np.zeros(4), np.zeros(4)]),
+    )
+    assert walk_start(lane, settings, stance) == pytest.approx(places[0])

@@ -13,7 +13,7 @@ from rig import URL, course_of, flat_walk, paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.planning.clearance import check_thighs, thigh_clearance
+from drake_quad.planning.clearance import check_shanks, check_thighs, thigh_clearance
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.problem import Task
 from drake_quad.robot.loader import AddRobot
@@ -99,4 +99,20 @@ def test_a_plan_in_which_a_thigh_comes_into_the_ground_is_refused() -> None:
     low = replace(samples, body=samples.body - [0.0, 0.0, 0.6, 0.0, 0.0])
     with pytest.raises(PlanningError, match=r"the thigh of .* inside the stairs") as caught:
         check_thighs(robot, course, task, low)
+    assert caught.value.data["room"] < 0.0
+
+
+def test_a_plan_in_which_a_shank_comes_into_the_ground_is_refused() -> None:
+    """A flat walk is one; with a step in its way, right ahead of where a foot stands, it is not."""
+    robot, plan = paper_robot(), flat_walk()
+    task = Task(kind="walk", name="walk 1", lane=0, goal=5.0)
+    samples = evaluate(robot, plan, np.linspace(0.0, plan.duration, 50))
+    check_shanks(robot, course_of(Element("floor", length=20.0)), task, samples)
+    step = course_of(
+        Element("floor", length=2.0),
+        Element("block", length=0.4, height=0.3),
+        Element("floor", length=5.0),
+    )
+    with pytest.raises(PlanningError, match=r"the knee or shank of .* inside the stairs") as caught:
+        check_shanks(robot, step, task, samples)
     assert caught.value.data["room"] < 0.0
