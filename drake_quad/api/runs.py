@@ -16,6 +16,7 @@ from drake_quad.runs.reader import RecordedRun
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.scenario.validate import value_at
+from drake_quad.simulation.belief_proof import prove_believed
 from drake_quad.simulation.plan_report import (
     certify_plan,
     describe_failure,
@@ -103,8 +104,9 @@ def report_plan(
         prepared = prepare(scenario, source=source)
         doubts = all_doubts(prepared.robot)
         found, certificate = judged_plan(prepared)
+        found["belief"] = prove_believed(prepared, prepared.plan.plans)
     except PlanningError as error:
-        found, certificate = describe_failure(error), None
+        found, certificate = describe_failure(error) | {"belief": []}, None
     found["doubts"] = doubts
     if out is not None:
         write_plan(found, certificate, out)

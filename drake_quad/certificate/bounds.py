@@ -15,6 +15,7 @@ from drake_quad.certificate.clearance import (
     enclose_foot_clearance,
     enclose_shank_clearance,
     find_footholds,
+    find_ground,
 )
 from drake_quad.certificate.kinematics import (
     Legs,
@@ -51,6 +52,7 @@ class Problem:
         pieces: The plan.
         obstacles: The course.
         footholds: Where the swings begin and end.
+        ground: The box that each foot stands on, by pieces (P, 4), see `find_ground`.
         within: How far all may be from the plan.
     """
 
@@ -59,6 +61,7 @@ class Problem:
     pieces: Pieces
     obstacles: Obstacles
     footholds: Footholds
+    ground: IntArray
     within: Tolerances = NONE
 
 
@@ -76,6 +79,7 @@ def pose_problem(
         pieces=pieces,
         obstacles=obstacles,
         footholds=find_footholds(pieces, obstacles, robot.foot_radius),
+        ground=find_ground(pieces, obstacles, robot.foot_radius),
         within=within,
     )
 
@@ -176,12 +180,15 @@ def _bound(
     knees, ahead = enclose_knees(robot, frame, legs), enclose_shank_axes(frame, legs)
     shank = enclose_shank_clearance(
         cells,
-        make_chain(problem.shank.thicker(within.stairs), knees, feet, ahead),
+        make_chain(problem.shank, knees, feet, ahead),
         problem.obstacles,
         group=segment,
         best=known,
         tolerance=float(tolerance[SHANK]),
         demand=float(demand[SHANK]),
+        ground=problem.ground[cells.piece],
+        run=within.run,
+        rise=within.rise,
     )
     low[:, SHANK], sample[:, SHANK], where[:, SHANK] = shank.low, shank.sample, shank.leg
     if within != NONE:  # a foot may touch its own ground sooner or later than planned

@@ -19,7 +19,7 @@ import numpy as np
 from drake_quad.certificate.cells import FOOT, Cells, Pieces
 from drake_quad.certificate.enclosure import bernstein
 from drake_quad.certificate.kinematics import Chain, Points
-from drake_quad.certificate.obstacles import CAP, LEVEL, Obstacles
+from drake_quad.certificate.obstacles import ASIDE, CAP, LEVEL, Obstacles
 from drake_quad.common import BoolArray, FloatArray, IntArray
 
 TILTED = 5e-3  # [m] from a slope within which a foot stands on it: its sphere dips into it
@@ -168,6 +168,26 @@ def enclose_foot_clearance(
     return clearance
 
 
+def find_ground(pieces: Pieces, obstacles: Obstacles, radius: float) -> IntArray:
+    """The box that each foot stands on, by pieces (P, 4); -1 of a foot in the air, or on a slope.
+
+    Args:
+        pieces: The plan.
+        obstacles: The course.
+        radius: Radius of the feet [m].
+    """
+    ground = np.full(pieces.standing.shape, -1)
+    piece, leg = np.nonzero(pieces.standing)
+    lowest = pieces.feet[piece, leg] - [0.0, 0.0, radius]
+    boxes = np.flatnonzero(~obstacles.face & (obstacles.axes[:, 2, 2] >= 1.0))
+    point, which = obstacles.may_be_near(lowest, np.full(len(lowest), ASIDE), boxes)
+    which = boxes[which]
+    level = np.abs(lowest[point, 2] - obstacles.top[which]) <= LEVEL
+    on = level & (obstacles.distance(lowest[point], which)[0] <= LEVEL)
+    ground[piece[point[on]], leg[point[on]]] = which[on]
+    return ground
+
+
 _HALVINGS = 24  # of a part of a shank, in search of its nearest point
 
 
@@ -189,10 +209,18 @@ def enclose_shank_clearance(
     best: FloatArray,
     tolerance: float,
     demand: float,
+    ground: IntArray | None = None,
+    run: float = 0.0,
+    rise: float = 0.0,
 ) -> ShankClearance:
     """The clearance of all shanks over each cell, knees included.
 
     A shank is a chain of rounded parts, each as thick as the thicker of its ends.
+
+    A foot is as high as the tread that it stands on. Where that is higher by d, a point at the
+    share s of the way from knee to foot goes up by s d, and its distance falls by (1 - s) d. The
+    enclosures, which know nothing of this, take s d off for a foot that is lower. So (1 - 2 s) d
+    more is enough, and nothing for the lower half.
 
     Args:
         cells: The cells (N,).
@@ -202,8 +230,13 @@ def enclose_shank_clearance(
         best: Least clearance known of each group [m]; made less where a smaller one is found.
         tolerance: How far below the least of the group bounds may be [m].
         demand: Demanded clearance [m]: bounds have to be good enough to show that it is met.
+        ground: The box that each foot stands on (N, 4), see `find_ground`.
+        run: How far each box may be from its mapped place, along the ground [m].
+        rise: How much higher or lower it may be [m]; standing feet in `chain` may be, too.
     """
-    N = len(cells.half)
+    N, own = len(cells.half), len(obstacles.top)  # with `own` added, a foot's own ground
+    if run > 0.0 or rise > 0.0:
+        obstacles = obstacles.off_by(run, rise).with_others(obstacles.off_by(run, 0.0))
     clearance = ShankClearance(np.full(N, CAP), np.full(N, CAP), np.zeros(N, dtype=int))
     low_end, high_end, thick = chain.parts()
     parts = thick.shape[1]
@@ -211,7 +244,7 @@ def enclose_shank_clearance(
     length = np.linalg.norm(F - K, axis=-1)
     moves = chain.moves()
     reach = np.where(np.isfinite(moves), moves + 0.5 * length, 10.0) + chain.thickest() + CAP
-    boxes = np.flatnonzero(~obstacles.face)
+    boxes = np.flatnonzero(~obstacles.face[:own])
     middle = 0.5 * (K + F)
     row, which = obstacles.may_be_near(middle.reshape(-1, 3), reach.ravel(), boxes)
     cell, leg = np.divmod(row, middle.shape[1])
@@ -222,16 +255,23 @@ def enclose_shank_clearance(
     part = np.tile(np.arange(parts), int(near.sum()))
     ends = np.stack([low_end[leg, part], high_end[leg, part]])
     thick = thick[leg, part]
+    more = np.zeros((2, len(thick)))  # of the two ends of each part
+    if ground is not None and len(obstacles.top) > own:
+        stands = ground[cell, leg] == which
+        which = np.where(stands, which + own, which)
+        more = np.where(stands, rise * np.maximum(1.0 - 2.0 * ends[..., 1], 0.0), 0.0)
     here = np.einsum("eks,ksi->eki", ends, chain.points.centre[cell, leg])
     distance, _ = obstacles.distance(0.5 * (here[0] + here[1]), which)
-    sample = distance - thick
+    sample = distance - thick - more.max(axis=0)
     low = sample - 0.5 * np.linalg.norm(here[1] - here[0], axis=-1) - moves[cell, leg]
     low = np.where(np.isnan(low), -np.inf, low)
     np.minimum.at(best, group[cell], sample)
     wanted = np.maximum(best - tolerance, np.minimum(best, demand))
     fine = np.flatnonzero(low < np.minimum(wanted[group[cell]], CAP))
     points = chain.points.pick(cell[fine], leg[fine])
-    low[fine], sample[fine] = _refine(points, ends[:, fine], obstacles, which[fine], thick[fine])
+    low[fine], sample[fine] = _refine(
+        points, ends[:, fine], obstacles, which[fine], thick[fine] + more[:, fine]
+    )
     np.minimum.at(best, group[cell], sample)
     np.minimum.at(clearance.sample, cell, sample)
     np.minimum.at(clearance.low, cell, low)
@@ -247,10 +287,13 @@ def _refine(
     which: IntArray,
     thick: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Bounds and values of K parts of shanks from their nearest points in the middle of a cell."""
+    """Bounds and values of K parts of shanks from their nearest points in the middle of a cell.
+
+    `thick` (2, K) is the thickness of a part at its ends [m], linear in between.
+    """
     here = np.einsum("eks,ksi->eki", ends, points.centre)
     way = here[1] - here[0]
-    count = len(thick)
+    count = len(which)
     a, b = np.zeros(count), np.ones(count)
     for _ in range(_HALVINGS):  # convex along the part: the slope's sign says where the least is
         s = 0.5 * (a + b)
@@ -260,11 +303,12 @@ def _refine(
     low, sample = np.full(count, -np.inf), np.full(count, np.inf)
     for s in (a, b):
         distance, normal = obstacles.distance(here[0] + s[:, None] * way, which)
-        bound, still = np.full(count, np.inf), distance - thick
-        for end, at in zip(ends, (0.0, 1.0), strict=True):
+        bound = np.full(count, np.inf)
+        still = distance - thick[0] - s * (thick[1] - thick[0])
+        for end, at, by in zip(ends, (0.0, 1.0), thick, strict=True):
             leans = np.einsum("ki,ki->k", normal, way) * (at - s)
-            bound = np.minimum(bound, distance + leans - points.moves(end, normal) - thick)
-            still = np.minimum(still, distance + leans - points.unsure(end, normal) - thick)
+            bound = np.minimum(bound, distance + leans - points.moves(end, normal) - by)
+            still = np.minimum(still, distance + leans - points.unsure(end, normal) - by)
         low = np.fmax(low, bound)
         sample = np.fmin(sample, still)
     return low, sample

@@ -5,8 +5,9 @@ box behind it: the part of a box's side that has no ground of its own height bef
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from math import hypot
 
 import numpy as np
 
@@ -36,6 +37,26 @@ class Obstacles:
     half: FloatArray
     top: FloatArray
     face: BoolArray
+
+    def off_by(self, run: float, rise: float) -> "Obstacles":
+        """The same grown by so much that they hold those that are elsewhere.
+
+        Args:
+            run: How far each may be elsewhere along the ground [m].
+            rise: How much higher or lower each may be [m].
+        """
+        level = self.axes[:, 2, 2] >= 1.0
+        more = np.where(level[:, None], [run, run, rise], hypot(run, rise))
+        return replace(self, half=self.half + more)
+
+    def with_others(self, others: "Obstacles") -> "Obstacles":
+        """These, and others behind them."""
+        return Obstacles(
+            *(
+                np.concatenate([getattr(self, f.name), getattr(others, f.name)])
+                for f in fields(Obstacles)
+            )
+        )
 
     @cached_property
     def around(self) -> FloatArray:

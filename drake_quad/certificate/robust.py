@@ -18,7 +18,7 @@ from drake_quad.certificate.certify import CLAIMS
 from drake_quad.certificate.clearance import TILTED
 from drake_quad.certificate.failure import Failure, first_failure
 from drake_quad.certificate.obstacles import LEVEL, Obstacles, find_box_obstacles
-from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import FloatArray
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.legs import LEGS
@@ -56,6 +56,8 @@ def prove_within(
     plans: Sequence[MotionPlan],
     boxes: Sequence[Box],
     asked: Tolerances,
+    *,
+    always: Tolerances = NONE,
 ) -> RobustProof:
     """Proves what holds of a plan at every time, for all that is within tolerances of it.
 
@@ -68,6 +70,8 @@ def prove_within(
         plans: The mission's tasks, each beginning where the one before ends.
         boxes: The course, as mapped.
         asked: The tolerances.
+        always: Further tolerances, of which no share is sought: it is to hold within all of these.
+            Without figures it does not, whatever the share.
     """
     obstacles = find_box_obstacles(boxes)
     whole = cut_pieces(plans)
@@ -75,13 +79,13 @@ def prove_within(
 
     def within(share: float, only: Spans | None = None) -> tuple[Problem, Proof]:
         """Bounds within a share of them; only as good as the demand, if of some times alone."""
-        some = asked.scaled(share)
+        some = always.with_more(asked.scaled(share))
         pieces = cut_pieces(plans, some.late, only)
         problem = pose_problem(robot, shank, pieces, obstacles, some)
         return problem, prove(problem, make_demand(), fine=only is None)
 
     def left(share: float) -> FloatArray:
-        return room - share * (asked.foot + asked.run)
+        return room - (always.foot + always.run) - share * (asked.foot + asked.run)
 
     def figures_of(proof: Proof, share: float) -> dict[str, float]:
         least = [*proof.claims.min(axis=0).tolist(), float(left(share).min())]
@@ -92,7 +96,8 @@ def prove_within(
         return RobustProof(asked, 1.0, figures_of(proof, 1.0), None, None)
     # What holds within more holds within less: only the times that fail are looked at again.
     low, high, where = 0, STEPS, first_failure(failed, proof)
-    spans = failing_spans(failed.pieces, proof, asked.late)
+    late = always.late + asked.late
+    spans = failing_spans(failed.pieces, proof, late)
     while high - low > 1:
         middle = (low + high) // 2
         fails = None
@@ -103,12 +108,12 @@ def prove_within(
             low = middle
             continue
         high, where = middle, fails
-        spans = failing_spans(problem.pieces, proof, asked.late) if fails else NEVER
+        spans = failing_spans(problem.pieces, proof, late) if fails else NEVER
     ends = (where, first_beyond_edge(whole, left(high / STEPS)))
     failure = min((f for f in ends if f), key=lambda f: (f.task, f.time), default=None)
-    while low > 0:
+    while low > 0 or (low == 0 and always != NONE):
         _, proof = within(low / STEPS)
-        if np.all(proof.met):
+        if np.all(proof.met) and left(low / STEPS).min() > 0.0:
             return RobustProof(
                 asked, low / STEPS, figures_of(proof, low / STEPS), high / STEPS, failure
             )

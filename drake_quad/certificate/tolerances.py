@@ -44,6 +44,12 @@ class Tolerances:
         """All of them times `share`."""
         return Tolerances(**{f.name: share * getattr(self, f.name) for f in fields(self)})
 
+    def with_more(self, others: "Tolerances") -> "Tolerances":
+        """All of them, with as much again as others are."""
+        return Tolerances(
+            **{f.name: getattr(self, f.name) + getattr(others, f.name) for f in fields(self)}
+        )
+
     @property
     def stairs(self) -> float:
         """How far any point of the stairs may be from its mapped place [m]."""

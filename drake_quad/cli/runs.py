@@ -180,6 +180,7 @@ def plan(
     elif result["feasible"]:
         print_plan(result)
         print_certificate(result["certificate"], Console())
+        print_lines(belief_lines(result["belief"]), Console())
         if out is not None:
             names = [name for name in PLAN_FILES if (out / name).exists()]
             Console().print(Text(f"{' and '.join(names)} in {out}"), soft_wrap=True)
@@ -366,7 +367,34 @@ def _tolerance_lines(told: dict[str, Any] | None) -> list[str]:
     ]
 
 
+def belief_lines(proofs: list[dict[str, Any]]) -> list[str]:
+    """What is proven for all stairs that a map that was seen takes for possible, for people."""
+    lines = []
+    for told in proofs:
+        proven = told["proven"]
+        box = (
+            f"for all stairs that may be, by what was seen (risers within "
+            f"{1e3 * told['place']:.1f} mm of the map, treads within {1e3 * told['height']:.1f} mm)"
+        )
+        if not proven:
+            lines.append(f"not {box}: {told['reason']}")
+            continue
+        lines += [
+            f"{box}, and {told['share']:.2f} of the tolerances of tracking:",
+            f"  static margin at least {proven['margin']:.4f} m",
+            f"  swing feet from risers and nosings at least {proven['foot_clearance']:.4f} m, "
+            f"standing ones from edges {proven['foothold_room']:.4f} m",
+            f"  knees and shanks from the stairs at least {proven['shank_clearance']:.4f} m",
+        ]
+    return lines
+
+
 def print_certificate(told: dict[str, Any], console: Console) -> None:
     """Prints `certificate_lines`."""
-    for line in certificate_lines(told):
+    print_lines(certificate_lines(told), console)
+
+
+def print_lines(lines: list[str], console: Console) -> None:
+    """Prints lines as they are, whatever brackets are in them."""
+    for line in lines:
         console.print(Text(line), soft_wrap=True)

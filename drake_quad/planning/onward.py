@@ -6,7 +6,7 @@ more. Of the treads with such a view it takes the one farthest up that its gait 
 """
 
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, hypot
 
 import numpy as np
 
@@ -41,6 +41,7 @@ from drake_quad.terrain.lane import Lane
 GOOD_VIEW, LEAST_VIEW = 2, 1
 PROGRESS = 0.3  # [m] that a walk on the floor is to come nearer
 MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are rounded up
+SHANK_ROOM = 0.004  # [m] between shanks and stairs that are as far off as they may be
 SEARCHES = 3  # for a body path, where the first finds none that legs can follow
 BY_THE_PATH = {"excess", "too_fast", "room"}  # figures of errors that another path may not have
 ATTEMPTS = 2  # that may be refused: for want of searches, and for being too quick
@@ -100,9 +101,15 @@ def round_up(error: float) -> float:
 
 
 def with_map_errors(settings: PlanSettings, found: StairMap) -> PlanSettings:
-    """The settings that allow for the errors of a map, and for what they did allow for already."""
+    """The settings that allow for the errors of a map, and for what they did allow for already.
+
+    Shanks keep farther from the stairs than these may be off, where they can.
+    """
     return replace(
         settings,
+        shank_room=max(
+            settings.shank_room, hypot(found.error_place, found.error_height) + SHANK_ROOM
+        ),
         map_error_place=max(settings.map_error_place, round_up(found.error_place)),
         map_error_height=max(settings.map_error_height, round_up(found.error_height)),
     )

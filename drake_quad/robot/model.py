@@ -9,7 +9,7 @@ order (abduction, hip pitch, knee) and zero with the leg straight down.
 `MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -205,10 +205,6 @@ class ShankProfile:
     along: FloatArray
     ahead: FloatArray
     radii: FloatArray
-
-    def thicker(self, by: float) -> "ShankProfile":
-        """Shanks that are thicker all around, by a length [m]."""
-        return replace(self, radii=self.radii + by) if by > 0.0 else self
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,13 +102,20 @@ def _nosings(belief: StairBelief, true: FloatArray) -> list[dict[str, Any]]:
     return rows
 
 
-def record_sight(sight: Sight, world: Course, revisions: Sequence[MapRevision] = ()) -> SeenRecord:
+def record_sight(
+    sight: Sight,
+    world: Course,
+    revisions: Sequence[MapRevision] = (),
+    proofs: Sequence[Mapping[str, Any]] = (),
+) -> SeenRecord:
     """What was seen, beside what there is.
 
     Args:
         sight: What was seen from the start.
         world: The course as it really is.
         revisions: The maps that the robot had on its way, that of the start first.
+        proofs: What is proven of the stretches that were planned on these, plain values; see
+            `simulation.belief_proof`.
     """
     belief = sight.belief
     last = revisions[-1].map if revisions else sight.map
@@ -123,6 +130,7 @@ def record_sight(sight: Sight, world: Course, revisions: Sequence[MapRevision] =
         "error_place": None if sight.map is None else sight.map.error_place,
         "error_height": None if sight.map is None else sight.map.error_height,
         "revisions": [_revision(revision, world) for revision in revisions],
+        "proofs": [dict(proof) for proof in proofs],
     }
     if belief is not None:
         true = true_crossings(world, belief.origin, belief.direction)
@@ -196,7 +204,7 @@ def seen_figures(told: Mapping[str, Any]) -> dict[str, Any]:
         "height_error_told": told["error_height"],
         "heights_inside": _share_inside(heights),
     }
-    figures |= _figures_of_map(told)
+    figures |= _figures_of_map(told) | _figures_of_proofs(told.get("proofs", []))
     for name, key in (("rise", "rise"), ("run", "run"), ("yaw_deg", "yaw")):
         figure = told.get(name, {})
         unit = "_deg" if name == "yaw_deg" else ""
@@ -220,6 +228,19 @@ def _figures_of_map(told: Mapping[str, Any]) -> dict[str, Any]:
         "map_places_inside": _share_inside(places),
         "map_height_error_max": _largest(heights),
         "map_heights_inside": _share_inside(heights),
+    }
+
+
+def _figures_of_proofs(proofs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What is proven of all stretches, for all stairs that their maps take for possible."""
+    if not proofs:
+        return dict.fromkeys(("box_inside", "box_proven", "box_share", "box_margin"))
+    proven = all(proof["proven"] for proof in proofs)
+    return {
+        "box_inside": all(proof["inside"] for proof in proofs),
+        "box_proven": proven,
+        "box_share": min(proof["share"] for proof in proofs) if proven else None,
+        "box_margin": min(proof["proven"]["margin"] for proof in proofs) if proven else None,
     }
 
 

@@ -299,6 +299,17 @@ SUMMARY = (
     Figure("seen.map_height_error_max", "m", "Greatest error of a nosing's height in it"),
     Figure("seen.map_heights_inside", "", "Share of its nosings whose height lies in its 95 % "
            "interval"),
+    Figure("seen.box_inside", "", "Whether the true stairs are in the box of stairs that each map "
+           "takes for possible: its widest 95 % intervals of place and height; this and the next "
+           "ones are null where nothing was planned", "verdict"),
+    Figure("seen.box_proven", "", "Whether the plans are proven for all stairs in these boxes",
+           "verdict"),
+    Figure("seen.box_share", "", "Share of the tolerances of tracking within which they are, too; "
+           "null where they are not"),
+    Figure("seen.box_margin", "m", "The static margin that is proven for all of that",
+           shown=Shown("Margin proven for all stairs that were believed possible", 1, "mm")),
+    Figure("seen.box_kept", "", "Whether the run had that margin; null of a run whose stairs were "
+           "not in the box, or that was farther off its plan than was proven", "verdict"),
     Figure("pushes", "", "The pushes in physics, in order of time; of a push that the run did not "
            "reach the last three are null", "tables"),
     Figure("pushes[].time", "s", "When the push began"),

@@ -13,7 +13,7 @@ from drake_quad.perception.sight import Sight
 from drake_quad.perception.stair_map import StairMap, describe_belief, make_stair_map
 from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.mission import check_mission, plan_mission
-from drake_quad.planning.onward import plan_onward, round_up
+from drake_quad.planning.onward import plan_onward, round_up, with_map_errors
 from drake_quad.planning.problem import Task, derive_mission
 from drake_quad.planning.turning_room import check_turning_width, least_turning_space
 from drake_quad.robot.model import RobotModel
@@ -132,7 +132,7 @@ def plan_on_sight(
         return _plan_first_steps(scenario, blind, sight, found, source=source)
     course = found.course(foot_radius=robot.foot_radius)
     told = _designed(scenario_of_map(scenario, found), robot, found, source=source)
-    settings = plan_settings(told)
+    settings = with_map_errors(plan_settings(told), found)
     first, *others = derive_mission(course, settings)
     look = replace(first, name=LOOK, duration=scenario.perception.look_time)
     tasks = (look, *others)

@@ -34,6 +34,7 @@ from drake_quad.runs.result import RunResult
 from drake_quad.runs.seen import record_sight, seen_figures
 from drake_quad.runs.tracking import tracking_figures
 from drake_quad.scenario.config import Scenario
+from drake_quad.simulation.belief_proof import keeps_proof, prove_believed
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
 from drake_quad.simulation.plan_report import tolerances_of
@@ -73,7 +74,9 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
-    seen = None if p.sight is None else record_sight(p.sight, p.world, p.revisions)
+    seen = None
+    if p.sight is not None:
+        seen = record_sight(p.sight, p.world, p.revisions, prove_believed(p, plans))
     summary: dict[str, Any] = {
         "description": p.scenario.description,
         "outcome": outcome,
@@ -105,6 +108,8 @@ def result_of(
             "python": platform.python_version(),
         },
     }
+    if summary["seen"] is not None:
+        summary["seen"]["box_kept"] = keeps_proof(summary)
     wanted = safe_margin(p.robot)
     safety = judge_safety(summary, wanted)
     summary["safety"] = {

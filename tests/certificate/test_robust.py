@@ -19,7 +19,7 @@ from drake_quad.certificate.robust import (
     foothold_room,
     prove_within,
 )
-from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.cli.runs import certificate_lines
 from drake_quad.common import GRAVITY, FloatArray
 from drake_quad.planning.motion_plan import evaluate
@@ -337,3 +337,47 @@ def test_what_is_proven_within_tolerances_is_printed(share: float, said: bool) -
     assert (f"static margin at least {margin:.4f} m" in text) == (share > 0.0)
     without = certificate_lines({**told, "tolerances": None})
     assert "also for treads" not in "\n".join(without)
+
+
+@pytest.mark.parametrize("rise", [0.004, 0.012])
+def test_a_standing_shank_is_as_near_to_its_own_tread_as_its_foot_lets_it_come(rise: float) -> None:
+    """Foot and tread go up and down as one: half of what independent ones would take is taken.
+
+    Below what is proven is no shank of a robot whose feet are as high as the ground under them.
+    """
+    p = prepared("case_study")
+    robot, stand = p.robot, p.plan.plans[0]
+    assert stand.segments[0].kind == "stand"
+
+    def proof(within: Tolerances) -> float:
+        boxes = p.course.boxes
+        found = prove_within(robot, paper_shank(), [stand], boxes, NONE, always=within)
+        return found.figures["shank_clearance"]
+
+    as_planned, told = proof(Tolerances(run=1e-9)), proof(Tolerances(rise=rise))
+    assert as_planned - rise < told < as_planned
+    s = evaluate(robot, stand, np.zeros(1))
+    body, along = s.body[0, 0], np.asarray(SHANK_POINTS)[:, None]
+    R = turned(0.0, body[3], body[4])
+    for high in (-rise, rise):
+        feet = s.feet[0] + [0.0, 0.0, high]
+        q, _ = solve_legs(robot.geometry, (feet - body[:3]) @ R)
+        knees = body[:3] + calc_knees(robot.geometry, q) @ R.T
+        for leg in range(4):
+            heights = ((1.0 - along) * knees[leg] + along * feet[leg])[:, 2]
+            ground = feet[leg, 2] - robot.foot_radius
+            assert float(np.min(heights - robot.shank_radii[leg])) - ground >= told - 1e-9
+
+
+def test_what_is_always_to_hold_is_not_shared() -> None:
+    """A box that is too large is refused at any share of the others; one that is not is kept."""
+    p = prepared("case_study")
+    given = p.robot, paper_shank(), p.plan.plans, p.course.boxes
+    some = replace(tolerances(), rise=0.0, run=0.0)
+    small = prove_within(*given, some, always=Tolerances(rise=0.002, run=0.002))
+    assert small.figures and small.share > 0.0
+    alone = prove_within(*given, NONE, always=Tolerances(rise=0.002, run=0.002))
+    assert alone.share == 1.0
+    assert small.figures["shank_clearance"] < alone.figures["shank_clearance"]
+    large = prove_within(*given, some, always=Tolerances(run=0.2))
+    assert not large.figures and large.share == 0.0 and large.failure is not None

@@ -1,0 +1,123 @@
+"""Plans on a map that was seen are proven for all stairs that the map takes for possible."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from drake_quad.cli.runs import belief_lines
+from drake_quad.planning.clearance import shank_clearance
+from drake_quad.planning.motion_plan import evaluate
+from drake_quad.scenario.load import parse_scenario
+from drake_quad.simulation.belief_proof import (
+    believed_box,
+    inside_box,
+    keeps_proof,
+    prove_believed,
+    stretches_of,
+)
+from drake_quad.simulation.prepare import prepare
+from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.simulation.run import replay_plan
+from drake_quad.terrain.course import Course, build_course
+
+TEXT = """
+course:
+  - {kind: floor, length: 2.3}
+  - {kind: stairs, going: up, rise: 0.13, run: 0.5, count: 3}
+  - {kind: landing, length: 3.0}
+start: {distance: 1.0}
+gait: {swing_clearance: 0.04, shank_room: 0.04}
+controller: {kind: whole_body, period: 0.002}
+monitor: {margins: hull}
+perception: {map: seen, look_time: 0.5, camera_hold: portrait, camera_pitch_deg: 35.0}
+"""
+
+
+@cache
+def seen() -> PreparedScenario:
+    """A robot that has looked at three steps."""
+    return prepare(parse_scenario(TEXT, source="test"), source="test")
+
+
+def moved(world: Course, *, run: float, rise: float) -> Course:
+    """The map's course with its first riser elsewhere and all treads higher [m]."""
+    known = seen().sight.map  # type: ignore[union-attr]
+    assert known is not None
+    floor, stairs, *rest = known.elements
+    assert floor.length is not None and stairs.rises is not None
+    rises = [stairs.rises[0] + rise, *stairs.rises[1:]]
+    elements = (replace(floor, length=floor.length + run), replace(stairs, rises=rises), *rest)
+    course = build_course(elements, foot_radius=seen().robot.foot_radius)
+    return course
+
+
+def test_a_plan_is_proven_for_the_whole_box() -> None:
+    """Static margin, clearances and footholds hold for every stair in the 95 % intervals."""
+    p = seen()
+    (told,) = prove_believed(p, p.plan.plans)
+    assert told["inside"] and told["proven"] and told["share"] >= 0.0
+    assert told["place"] > 0.003 and told["height"] > 0.002
+    assert 0.03 < told["proven"]["margin"] <= p.plan.plans[1].margin
+    assert all(told["proven"][name] > 0.0 for name in ("shank_clearance", "foothold_room"))
+    (line, *_) = belief_lines([told])
+    assert f"risers within {1e3 * told['place']:.1f} mm" in line
+
+
+@pytest.mark.parametrize(("run", "rise"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (1.0, -1.0)])
+def test_shanks_keep_what_is_proven_at_the_ends_of_the_box(run: float, rise: float) -> None:
+    """Of stairs at the box's ends the plan's own shanks are as far off as was proven."""
+    p = seen()
+    (told,), (stretch,) = prove_believed(p, p.plan.plans), stretches_of(p, p.plan.plans)
+    place, height = believed_box(stretch.map)
+    lane = moved(p.world, run=run * place, rise=rise * height).lanes[0]
+    plan = stretch.plans[1]
+    samples = evaluate(p.robot, plan, np.linspace(0.0, plan.duration, 400))
+    feet = samples.feet
+    mapped = stretch.course.lanes[0]
+    lane = replace(lane, p_WL=mapped.p_WL, yaw=mapped.yaw)
+    found = shank_clearance(p.robot, lane, samples.body[:, 0], feet, samples.q)
+    assert found.min() >= told["proven"]["shank_clearance"]
+
+
+def test_stairs_outside_the_box_are_told_as_such() -> None:
+    """Of a world whose treads are 20 mm higher than seen the box is not true."""
+    p = seen()
+    known = stretches_of(p, p.plan.plans)[0].map
+    assert inside_box(known, p.world)
+    assert not inside_box(replace(known, heights=known.heights + 0.02), p.world)
+    assert not inside_box(replace(known, places=known.places + 0.05), p.world)
+
+
+def test_a_box_that_is_too_large_is_not_proven_and_says_why() -> None:
+    """With places known to 0.15 m a shank or a foot may be in the stairs."""
+    p = seen()
+    assert p.sight is not None and p.sight.map is not None
+    vague = replace(p, sight=replace(p.sight, map=replace(p.sight.map, error_place=0.15)))
+    (told,) = prove_believed(vague, vague.plan.plans)
+    assert not told["proven"] and told["reason"]
+    assert belief_lines([told])[0].startswith("not for all stairs")
+
+
+def test_a_run_is_held_against_what_was_proven() -> None:
+    """Only where the true stairs are in the box, and the run within the proven share."""
+    summary = {
+        "seen": {"box_inside": True, "box_proven": True, "box_share": 0.5, "box_margin": 0.04},
+        "tracking": {"share": 0.4},
+        "margin": {"minimum": 0.05},
+    }
+    assert keeps_proof(summary) is True
+    assert keeps_proof({**summary, "margin": {"minimum": 0.03}}) is False
+    assert keeps_proof({**summary, "tracking": {"share": 0.6}}) is None
+    assert keeps_proof({**summary, "tracking": {"share": None}}) is None
+    assert keeps_proof({**summary, "seen": {**summary["seen"], "box_inside": False}}) is None
+
+
+def test_a_replay_has_the_proof_among_its_figures() -> None:
+    """And seen.json has it for each stretch."""
+    result = replay_plan(seen())
+    figures = result.summary["seen"]
+    assert figures["box_proven"] is True and figures["box_inside"] is True
+    assert figures["box_margin"] > 0.03
+    assert result.seen is not None and len(result.seen.told["proofs"]) == 1
