@@ -166,7 +166,9 @@ RATE = 62  # w_WB of the last good tick (3) [rad/s]
 LEVELLED = 65  # 1 once the feet have been taken to stand on level ground
 CAMERA = 66  # what the camera has wrong of landmarks: ahead [m], about the vertical, aside (3)
 SIGHTED = 69  # time of the last landmark that was seen [s]
-COVARIANCE = 70  # by rows (30 x 30)
+LANDMARKS = 70  # how many sightings there have been
+LANDMARK_OFF = 71  # what the last one had, less what the camera has wrong; 0 if unseen (3)
+COVARIANCE = 74  # by rows (30 x 30)
 
 ERRORS = 30
 SIZE = COVARIANCE + ERRORS * ERRORS

@@ -13,6 +13,8 @@ from drake_quad.estimation.filter_state import (
     E_POSITION,
     E_ROTATION,
     ERRORS,
+    LANDMARK_OFF,
+    LANDMARKS,
     POSITION,
     SIGHTED,
     Record,
@@ -60,6 +62,7 @@ def correct_by_landmark(m: FloatArray, landmark: Landmark, models: Record) -> in
     if not landmark.stamp > m[SIGHTED]:
         return -1
     m[SIGHTED] = landmark.stamp
+    m[LANDMARKS] += 1.0
     s = models[0].settings
     cx, cy = landmark.direction[0], landmark.direction[1]
     x, y, z = landmark.eye[0], landmark.eye[1], landmark.eye[2]
@@ -77,6 +80,7 @@ def correct_by_landmark(m: FloatArray, landmark: Landmark, models: Record) -> in
     for row in range(3):
         off[row] = landmark.off[row] + m[CAMERA + row]
         noise[row] = s.landmarks_alike * landmark.covariance[row, row]
+        m[LANDMARK_OFF + row] = off[row] if isfinite(noise[row]) else 0.0
     believed, delta = 0, np.zeros(ERRORS)
     # What the image has wrong of the flight's heading is part of the two others' errors: without
     # it the three are independent, and go in one after the other.

@@ -180,6 +180,7 @@ def draw_estimate(run: RecordedRun) -> Figure:
         top = 1.15 * max(_greatest(errors[:, k]), _greatest(believed[:, k], 0.98), 1e-6)
         axis.set_ylim(-top if k == 1 else 0.0, top)
         axis.set_ylabel(name)
+    _draw_sightings(list(axes[:2, 0]), run)
     slips, t = run.log.flags("slip_estimated"), run.log.t
     for row, colour in enumerate(LEG_COLOURS):
         spans = [(t[a], t[min(b, len(t) - 1)] - t[a]) for a, b in runs_of(slips[:, row])]
@@ -195,6 +196,19 @@ def draw_estimate(run: RecordedRun) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=2)
     label_time(axes[-1])
     return figure
+
+
+def _draw_sightings(axes: list[Axes], run: RecordedRun) -> None:
+    """What each sighting of a flight had as the errors of place [mm] and heading [deg]."""
+    count = run.log.number("landmarks_seen")
+    new = np.flatnonzero(np.diff(count, prepend=0.0) > 0.0)
+    if not len(new):
+        return
+    ahead, left = (run.log.number(f"landmark_{name}")[new] for name in ("ahead", "left"))
+    turn = np.degrees(run.log.number("landmark_turn")[new])
+    style = {"ls": "", "marker": ".", "ms": 2.5, "color": MUTED, "zorder": 1}
+    axes[0].plot(run.log.t[new], 1e3 * np.hypot(ahead, left), label="seen by the camera", **style)
+    axes[1].plot(run.log.t[new], turn, **style)
 
 
 def _greatest(values: FloatArray, share: float = 1.0) -> float:

@@ -205,8 +205,8 @@ FIGURES = (
         "The estimated state against the truth",
         "Errors of the base's position, heading and tilt (absolute values, except for the "
         "heading), and one standard deviation of each as the filter estimates it. Position and "
-        "heading drift, because no sensor measures them. Marks along the bottom: feet that the "
-        "filter takes for slipping, in the colours of their legs.",
+        "heading drift, unless a camera sees flights of the map: dots are what it saw. Marks along "
+        "the bottom: feet that the filter takes for slipping, in the colours of their legs.",
         draw_estimate,
         physics=True,
         wanted=was_estimated,

@@ -49,7 +49,8 @@ def estimate_figures(c: Columns) -> dict[str, Any] | None:
         the two; `position_error_max` [m]; `yaw_error_max_deg` and `attitude_error_max_deg` (of the
         whole orientation) from SETTLED on; `place_error_sigmas` and `yaw_error_sigmas`, root mean
         square of the errors along the ground and of the heading over their stated deviations, from
-        SETTLED on: 1 of deviations that are right; `slips_flagged`, how often a foot came to be
+        SETTLED on: 1 of deviations that are right; `landmarks_seen`, how many sightings of flights
+        corrected it, None if none could; `slips_flagged`, how often a foot came to be
         taken for slipping; `samples_unhealthy`.
     """
     if "base_estimated_x" not in c:
@@ -79,6 +80,7 @@ def estimate_figures(c: Columns) -> dict[str, Any] | None:
         "yaw_error_sigmas": _root_mean_square(
             yaw_error(c)[settled] / c["deviation_turn_z"][settled]
         ),
+        "landmarks_seen": int(c["landmarks_seen"][-1]) if "landmarks_seen" in c else None,
         "slips_flagged": int(np.sum(np.diff(flags.astype(int), axis=0, prepend=0) > 0)),
         "samples_unhealthy": int(np.sum(~c["estimator_healthy"].astype(bool))),
     }

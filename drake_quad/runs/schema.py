@@ -24,6 +24,7 @@ FRICTION = "Unless `monitor.margins` and `gait.margin` are both `hull`"
 FEASIBLE = "Where `monitor.margins` or `gait.margin` is `feasible`"
 KINEMATIC = "In a kinematic replay"
 ESTIMATED = "Where the controller estimates its state (`estimator.kind: ekf`)"
+LANDMARKS = "Where the flights ahead correct the estimate (`estimator.landmarks: stairs`)"
 WHOLE_BODY = "Where `controller.kind` is `whole_body`"
 FELT = "Where the joints feel which feet bear (`sensors.contacts: joints`)"
 
@@ -68,6 +69,7 @@ SOURCES = (
     Source("deviation", "controller", "estimator_deviation", ESTIMATED),
     Source("slip_estimated", "controller", "foot_slip_estimated", ESTIMATED),
     Source("healthy", "controller", "estimator_healthy", ESTIMATED),
+    Source("landmark", "controller", "landmark_state", LANDMARKS),
     Source("felt", "controller", "contact_state_felt", FELT),
     Source("qp_state", "controller", "qp_state", WHOLE_BODY),
     Source("carried", "controller", "carried_estimated", WHOLE_BODY),
@@ -240,6 +242,13 @@ SIGNALS = (
            "slip_estimated", each="leg", kind="bool", where=ESTIMATED),
     Signal("estimator_healthy", "", "True while every sensor's reading is sound", "healthy",
            kind="bool", where=ESTIMATED),
+    Signal("landmarks_seen", "", "Sightings of flights of the map so far", "landmark", 0,
+           kind="int", where=LANDMARKS),
+    Signal("landmark_ahead", "m", "How much too far ahead the estimate was by the last sighting, "
+           "less what the camera is believed to have wrong", "landmark", 1, where=LANDMARKS),
+    Signal("landmark_turn", "rad", "The same of the heading", "landmark", 2, where=LANDMARKS),
+    Signal("landmark_left", "m", "How much too far to the left it was; 0 if no side of the flight "
+           "was seen", "landmark", 3, where=LANDMARKS),
     Signal("felt", "", "True where the drives' torques tell the controller that the foot bears",
            "felt", each="leg", kind="bool", where=FELT),
     Signal("qp_unsolved", "", "Programs of the whole-body controller not solved so far",
@@ -255,7 +264,12 @@ SIGNALS = (
 
 
 def sources_of(
-    *, estimated: bool, whole_body: bool, margins: bool, felt: bool = False
+    *,
+    estimated: bool,
+    whole_body: bool,
+    margins: bool,
+    felt: bool = False,
+    landmarks: bool = False,
 ) -> list[Source]:
     """The ports that a simulation logs.
 
@@ -264,8 +278,10 @@ def sources_of(
         whole_body: Whether its controller has a whole-body program.
         margins: Whether margins beyond the hull's are measured.
         felt: Whether its controller feels by the joints which feet bear.
+        landmarks: Whether what a camera sees corrects the estimate.
     """
     there = {
-        EVERY: True, ESTIMATED: estimated, WHOLE_BODY: whole_body, FRICTION: margins, FELT: felt
+        EVERY: True, ESTIMATED: estimated, WHOLE_BODY: whole_body, FRICTION: margins, FELT: felt,
+        LANDMARKS: landmarks,
     }  # fmt: skip
     return [source for source in SOURCES if there[source.where]]

@@ -224,6 +224,9 @@ SUMMARY = (
     Figure("estimate.place_error_sigmas", "", "Errors of the estimated place along the ground over "
            "their stated deviations, root mean square from 0.1 s on; some 1 where these are right"),
     Figure("estimate.yaw_error_sigmas", "", "The same of the estimated heading"),
+    Figure("estimate.landmarks_seen", "", "How many sightings of flights of the map corrected it; "
+           "null where no camera looks for them",
+           shown=Shown("Sightings of the map's flights that corrected the estimate", 0)),
     Figure("estimate.slips_flagged", "", "How often a foot came to be taken for slipping"),
     Figure("estimate.samples_unhealthy", "samples", "Samples in which a sensor's reading was not "
            "sound"),

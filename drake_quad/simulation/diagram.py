@@ -329,6 +329,7 @@ def MakeStairClimb(
         whole_body=controller.HasOutputPort("qp_state"),
         margins=margins != HULL,
         felt=feel is not None,
+        landmarks=landmarks,
     )
     signals = {log.name: find_signal(systems[log.system], log.port) for log in logged}
     loggers = AddLoggers(builder, signals, log_period)

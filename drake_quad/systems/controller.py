@@ -125,6 +125,7 @@ def MakeController(
         motion_plan: The plan of the task under way (abstract).
         robot_state_estimated, estimator_deviation, foot_slip_estimated, estimator_healthy: Outputs
             of the StateEstimator, if there is a `start`.
+        landmark_state: Output of the StateEstimator, if there are landmarks.
         qp_state, carried_estimated, friction_estimated: Outputs of the WholeBodyController, or of
             another that has them.
         tracking: Output of a TrackingController, for logs.
@@ -202,6 +203,7 @@ def MakeController(
             _ExportInput(builder, name, (estimator,))
         if landmarks:
             _ExportInput(builder, "landmark_sighted", (estimator,))
+            builder.ExportOutput(estimator.GetOutputPort("landmark_state"), "landmark_state")
         for name in ESTIMATES:
             builder.ExportOutput(estimator.GetOutputPort(name), name)
     if growth is not None:

@@ -8,6 +8,8 @@ from drake_quad.common import FloatArray
 from drake_quad.estimation.filter import run_filter, write_deviation, write_state
 from drake_quad.estimation.filter_state import (
     DEFAULT_SETTINGS,
+    LANDMARK_OFF,
+    LANDMARKS,
     EstimatorSettings,
     filter_model,
     initial_memory,
@@ -41,6 +43,9 @@ class StateEstimator(LeafSystem):
         foot_slip_estimated: (4,) 1 where a bearing foot slipped and has not been firm since.
         estimator_healthy: (1,) 1 while every sensor's reading was sound at the last tick and the
             velocity is known; else the estimate holds, or rests on what sensors are left.
+        landmark_state: (4,) how many landmarks were sighted so far, and what the last sighting had
+            as the estimate's error: ahead [m], of the heading [rad], to the left [m]; 0 of what was
+            not seen. If there are landmarks.
     """
 
     def __init__(
@@ -113,6 +118,8 @@ class StateEstimator(LeafSystem):
             DeclareStateOutput(self, "foot_slip_estimated", 4),
             DeclareStateOutput(self, "estimator_healthy", 1),
         ]
+        if landmarks:
+            self._landmark_state = DeclareStateOutput(self, "landmark_state", 4)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
@@ -124,7 +131,9 @@ class StateEstimator(LeafSystem):
         if self._landmark is not None:
             seen: LandmarkSighting = self._landmark.Eval(context)
             landmark = Landmark(seen.stamp, seen.direction, seen.eye, seen.off, seen.covariance)
-            correct_by_landmark(value(self._memory), landmark, self._model)
+            memory = value(self._memory)
+            correct_by_landmark(memory, landmark, self._model)
+            value(self._landmark_state)[:] = memory[LANDMARKS : LANDMARK_OFF + 3]
         run_filter(value(self._memory), (imu, joints, contacts), self._model, tops, out)
 
     def _tops_of(self, plan: MotionPlan) -> FloatArray:

@@ -165,6 +165,10 @@ def test_what_was_not_seen_is_not_corrected() -> None:
     assert correct_by_landmark(m, seen(m, p, 0.0, covariance=unseen), MODEL) == 2
     place, _ = errors(m, p, 0.0)
     assert abs(place[0]) < 0.006 and abs(place[1] - 0.04) < 0.002
+    assert m[at.LANDMARKS] == 1.0
+    np.testing.assert_allclose(
+        m[at.LANDMARK_OFF : at.LANDMARK_OFF + 3], [0.05, 0.0, 0.0], atol=1e-9
+    )
 
 
 def test_what_cannot_be_is_not_believed() -> None:

@@ -15,7 +15,7 @@ from drake_quad.perception.depth_noise import (
     add_noise,
     draw_camera_errors,
 )
-from drake_quad.perception.stair_tracker import CameraPose, StairTracker
+from drake_quad.perception.stair_tracker import FACTORS, CameraPose, StairTracker
 
 MODEL = D435.model.decimated(2)
 
@@ -182,6 +182,6 @@ def test_what_the_place_and_heading_of_the_camera_lack_is_added_to_the_belief() 
     expected = np.zeros_like(more)
     expected[:n, :n], expected[n : 2 * n + 1, n : 2 * n + 1] = along, 0.02**2
     at = 2 * n + 1
-    assert more[at, at] == pytest.approx((3e-3 * 1.06) ** 2)
+    assert more[at, at] == pytest.approx((3e-3 * FACTORS["up"]["yaw"]) ** 2)
     expected[at, at] = more[at, at]
     assert np.allclose(more, expected, atol=1e-12)

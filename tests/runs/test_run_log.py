@@ -91,7 +91,7 @@ def full_table() -> pa.Table:
     times, found = logs()
     n = len(times)
     more = {"state_estimated": model_layout().size, "deviation": 9, "slip_estimated": 4,
-            "healthy": 1, "felt": 4, "qp_state": 2, "carried": 3, "friction": 4,
+            "healthy": 1, "landmark": 4, "felt": 4, "qp_state": 2, "carried": 3, "friction": 4,
             "further_margins": 6, "nonfoot_depth": 1, "foot_depth": 4,
             "least_margins": 2, "contact_totals": 3}  # fmt: skip
     counted = {k: np.arange(n * size, dtype=float).reshape(n, size) for k, size in more.items()}

@@ -44,3 +44,6 @@ def test_the_flight_ahead_is_seen_and_counts() -> None:
     assert sighting.stamp == 1.0 and memory()[SIGHTED] == 1.0
     assert np.all(np.abs(sighting.off) < [0.03, np.radians(1.0), 0.03])
     assert np.all(camera_known() < 0.8 * before)
+    told = controller.GetOutputPort("landmark_state").Eval(controller.GetMyContextFromRoot(root))
+    assert told[0] == 3.0  # at 0, 0.5 and 1 s
+    assert np.all(np.abs(told[1:]) < [0.03, np.radians(1.0), 0.03]) and np.any(told[1:] != 0.0)
