@@ -154,6 +154,14 @@ def test_a_bus_has_no_normals_of_the_ground(tmp_path: Path) -> None:
         processes.prepare_for_bus(str(path), ["sensors.ground_normal=feet"])
 
 
+def test_a_bus_carries_no_images(tmp_path: Path) -> None:
+    """A scenario whose estimate is corrected by a camera is refused, with the field's name."""
+    path = tmp_path / "walk.yaml"
+    path.write_text(SHORT_WALK + "robot: {model: paper_quadruped}\n")
+    with pytest.raises(InputError, match=r"estimator\.landmarks.*give none"):
+        processes.prepare_for_bus(str(path), ["estimator.landmarks=stairs"])
+
+
 @pytest.mark.parametrize(
     ("choice", "named", "ready", "named_in_the_error"),
     [

@@ -3,12 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from estimation_rig import DT
 from hypothesis import given, settings, strategies as st
 from rig import model_layout, paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.estimation import filter_state as at
+from drake_quad.estimation.filter import drift_by_step
 from drake_quad.estimation.filter_state import (
     COVARIANCE,
     DEFAULT_SETTINGS,
@@ -192,3 +194,40 @@ def test_what_the_camera_always_has_wrong_is_learned_where_the_place_is_known() 
     learned = m[at.CAMERA : at.CAMERA + 3] + wrong
     assert np.all(np.abs(learned) < [0.0015, 0.0008, 0.0015])
     assert len(m) == SIZE
+
+
+def test_the_more_sightings_err_as_one_the_less_each_counts() -> None:
+    """Ten that err alike move the estimate by less than ten that do not."""
+    p, moved = np.array([3.0, -2.0, 0.9]), []
+    for alike in (1.0, 100.0):
+        m = memory(astray(p, 0.02, 0.0), 0.0, place=0.01)
+        model = filter_model(
+            paper_robot(), replace(SETTINGS, landmarks_alike=alike), radius=0.022, period=DT,
+            layout=model_layout(),
+        )  # fmt: skip
+        correct_by_landmark(m, seen(m, p, 0.0), model)
+        moved.append(0.02 - errors(m, p, 0.0)[0][0])
+    assert 0.0 < moved[1] < 0.3 * moved[0]
+
+
+def test_each_step_of_a_foot_may_lead_astray() -> None:
+    """Base and feet grow uncertain together, along the ground alone, by each foot that is set down.
+
+    How far they are from each other is known as well as before.
+    """
+    p = np.array([3.0, -2.0, 0.9])
+    m = memory(p, 0.0)
+    P = m[COVARIANCE:].reshape(ERRORS, ERRORS)
+    before = np.array(P)
+    model = filter_model(
+        paper_robot(), replace(SETTINGS, step_drift=0.002), radius=0.022, period=DT,
+        layout=model_layout(),
+    )  # fmt: skip
+    drift_by_step(m, model[0]["settings"])
+    more, place, foot = P - before, at.E_POSITION, at.E_FEET + 3
+    for i, expected in enumerate((0.002**2, 0.002**2, 0.0)):
+        assert more[place + i, place + i] == pytest.approx(expected, abs=1e-12)
+        apart = (
+            more[place + i, place + i] + more[foot + i, foot + i] - 2 * more[place + i, foot + i]
+        )
+        assert apart == pytest.approx(0.0, abs=1e-12)

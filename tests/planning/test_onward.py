@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,16 @@ from rig import paper_robot
 from drake_quad.errors import PlanningError
 from drake_quad.perception.growing_map import grow_map, nosings_in_view
 from drake_quad.perception.stair_map import StairMap
+from drake_quad.planning import onward as onward_module
 from drake_quad.planning.mission import plan_mission
-from drake_quad.planning.onward import GOOD_VIEW, LOOK_AGAIN, Onward, plan_onward
+from drake_quad.planning.onward import (
+    GOOD_VIEW,
+    LOOK_AGAIN,
+    SHANK_ROOM,
+    Onward,
+    plan_onward,
+    with_map_errors,
+)
 
 
 def onward(known: StairMap) -> Onward:
@@ -99,3 +108,37 @@ def test_errors_of_the_map_are_allowed_for() -> None:
         paper_robot(), careful, known, standing(known), eyes(), lift_off_margin=0.02
     )
     assert found.settings.map_error_place == 0.02
+
+
+def test_a_path_that_leads_a_shank_into_the_stairs_is_looked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With further searches; if these find none either, the stretch is refused with the reason."""
+    tried: list[int] = []
+    usual = onward_module._checked
+
+    def checked(*given: Any) -> Any:
+        tried.append(given[2].searches)
+        if given[2].searches < onward_module.SEARCHES:
+            raise PlanningError("the knee or shank of FR would be inside the stairs", room=-0.02)
+        return usual(*given)
+
+    monkeypatch.setattr(onward_module, "_checked", checked)
+    found = onward(first_map(6))
+    assert tried[:2] == [1, onward_module.SEARCHES]
+    assert found.settings.searches == onward_module.SEARCHES
+
+    def never(*given: Any) -> Any:
+        raise PlanningError("the knee or shank of FR would be inside the stairs", room=-0.02)
+
+    monkeypatch.setattr(onward_module, "_checked", never)
+    with pytest.raises(PlanningError, match="inside the stairs"):
+        onward(first_map(6))
+
+
+def test_shanks_keep_farther_from_stairs_that_are_known_less_well() -> None:
+    """By more than place and height may be off; a gait that asks for more keeps that."""
+    known = replace(first_map(6), error_place=0.03, error_height=0.04)
+    assert with_map_errors(gait(), known).shank_room == pytest.approx(0.05 + SHANK_ROOM)
+    wide = replace(gait(), shank_room=0.2)
+    assert with_map_errors(wide, known).shank_room == 0.2
