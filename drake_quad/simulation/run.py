@@ -108,6 +108,8 @@ def result_of(
             "python": platform.python_version(),
         },
     }
+    if summary["estimate"] is not None and summary["estimate"]["landmarks_seen"] == 0:
+        summary["assumes"] += ". It saw none of them: is there a flight ahead, and in its view?"
     if summary["seen"] is not None:
         summary["seen"]["box_kept"] = keeps_proof(summary)
     wanted = safe_margin(p.robot)

@@ -5,9 +5,10 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from drake_quad.estimation.filter_state import COVARIANCE, E_CAMERA, ERRORS, SIGHTED
 from drake_quad.perception.landmarks import LandmarkSighting
-from drake_quad.scenario.load import load_scenario
+from drake_quad.scenario.load import load_scenario, parse_scenario
 from drake_quad.simulation.diagram import stair_climb_of
 from drake_quad.simulation.prepare import prepare
+from drake_quad.simulation.run import simulate
 
 
 def test_the_flight_ahead_is_seen_and_counts() -> None:
@@ -47,3 +48,17 @@ def test_the_flight_ahead_is_seen_and_counts() -> None:
     told = controller.GetOutputPort("landmark_state").Eval(controller.GetMyContextFromRoot(root))
     assert told[0] == 3.0  # at 0, 0.5 and 1 s
     assert np.all(np.abs(told[1:]) < [0.03, np.radians(1.0), 0.03]) and np.any(told[1:] != 0.0)
+
+
+def test_a_run_whose_camera_saw_no_flight_says_so() -> None:
+    """A course without stairs ahead: the estimate drifts as it would without a camera."""
+    text = """
+course: [{kind: floor, length: 6.0}]
+mission: [{kind: stand, duration: 0.6}]
+controller: {kind: whole_body, period: 0.002}
+monitor: {margins: hull}
+estimator: {kind: ekf, landmarks: stairs}
+"""
+    result = simulate(parse_scenario(text, source="test"))
+    assert result.summary["estimate"]["landmarks_seen"] == 0
+    assert result.summary["assumes"].endswith("in its view?")
