@@ -2,8 +2,8 @@
 
 A robot that walks by its legs and its IMU drifts along the ground and in heading, since nothing
 that it feels shows them. An image of a flight whose place is known shows both, and where the
-flight's sides are in view also how far aside the robot is. Landmarks in the state of a legged
-robot: M. Bloesch, "State estimation for legged robots", ETH 2017, chapter 4.
+flight's sides are in view also how far aside the robot is. Localisation by a map's features:
+S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, chapter 7.
 """
 
 import math
@@ -28,9 +28,7 @@ MAP_PLACE = 0.003  # [m] deviation of a nosing's place from the map's
 MAP_HEIGHT = 0.005  # [m] the same of the height of the ground before a flight
 MAP_YAW = math.radians(0.1)  # [rad] the same of a nosing's direction
 MAP_SIDE = 0.003  # [m] the same of the place of a flight's sides
-MOST_OFF = (
-    0.35  # of a run, by which the estimate may be off: else a step would be taken for another
-)
+MOST_OFF = 0.35  # of a run; farther off, a step might be taken for another
 UNSEEN = np.inf
 
 
