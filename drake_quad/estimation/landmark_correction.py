@@ -81,13 +81,14 @@ def correct_by_landmark(m: FloatArray, landmark: Landmark, models: Record) -> in
         off[row] = landmark.off[row] + m[CAMERA + row]
         noise[row] = s.landmarks_alike * landmark.covariance[row, row]
         m[LANDMARK_OFF + row] = off[row] if isfinite(noise[row]) else 0.0
-    believed, delta = 0, np.zeros(ERRORS)
+    believed, heading, delta = 0, False, np.zeros(ERRORS)
     # What the image has wrong of the flight's heading is part of the two others' errors: without
-    # it the three are independent, and go in one after the other.
+    # it the three are independent, and go in one after the other. A heading that is not believed
+    # tells nothing of the others, either.
     for row in (1, 0, 2):
         if not isfinite(noise[row]):
             continue
-        if row != 1:
+        if heading:
             share = landmark.covariance[row, 1] / landmark.covariance[1, 1]
             off[row] -= share * off[1]
             noise[row] -= share * share * noise[1]
@@ -95,6 +96,7 @@ def correct_by_landmark(m: FloatArray, landmark: Landmark, models: Record) -> in
                 H[row, a] -= share * H[1, a]
         if _correct(m, H[row], off[row], noise[row], s.gate, delta):
             believed += 1
+            heading = heading or row == 1
     return believed
 
 

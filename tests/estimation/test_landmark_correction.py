@@ -231,3 +231,15 @@ def test_each_step_of_a_foot_may_lead_astray() -> None:
             more[place + i, place + i] + more[foot + i, foot + i] - 2 * more[place + i, foot + i]
         )
         assert apart == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_heading_that_is_not_believed_does_not_move_the_robot_aside() -> None:
+    """Half a radian off, of an image whose sides err with its heading: the rest counts as it is."""
+    p = np.array([3.0, -2.0, 0.9])
+    m = memory(p, 0.0)
+    C = np.array(SIGHT)
+    C[1, 2] = C[2, 1] = -0.9 * np.sqrt(C[1, 1] * C[2, 2])
+    wrong = np.array([0.0, 0.5, 0.0])
+    assert correct_by_landmark(m, seen(m, p, 0.0, wrong=wrong, covariance=C), MODEL) == 2
+    place, heading = errors(m, p, 0.0)
+    assert np.abs(place).max() < 1e-3 and abs(heading) < 1e-3
