@@ -369,7 +369,8 @@ def look_again(
             continue
         before = known.floor if first == 0 else known.heights[first - 1]
         ground = np.array([[*pose.p_WC[:2], before + offset]])
-        belief = tracker.update(depth, pose, stamp=stamp, feet=ground)
+        # That there is a flight is known: its last two steps may be all that is left to see.
+        belief = tracker.update(depth, pose, stamp=stamp, feet=ground, least=2)
         if belief is None:
             continue
         try:

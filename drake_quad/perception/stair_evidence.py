@@ -24,6 +24,9 @@ PIXEL_WORTH = 12.5
 CUTOFF = 5.0  # deviations
 APART = 4.0  # squared deviations
 ENDLESS = 20.0  # [m]
+WALL_HEIGHT = 4.0  # [m] higher than what a camera sees
+WALL_OFF = 0.1  # [m] how far a wall may be from the risers that a fit makes of it
+WALL_PIXELS = 12.0  # above a nosing, or beyond it, without which nothing is said of a wall
 
 
 def count_evidence(
@@ -167,6 +170,44 @@ def told_apart(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> bool:
     other = np.where(there >= 0, np.abs(other), CUTOFF)
     gain = np.minimum(other, CUTOFF) ** 2 - np.minimum(np.abs(residual), CUTOFF) ** 2
     return bool(gain[own].mean() >= APART)
+
+
+def wall_from(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> int | None:
+    """The first step from which a wall would explain the pixels better; None if there is none.
+
+    A wall behind a kerb looks like one more riser; seen obliquely, or with noise, like several.
+    What tells a step from it is that something farther is seen above the nosing.
+
+    Args:
+        frame: The image, what lies beside the stairs left out.
+        fit: The stairs.
+        priors: What is known before.
+    """
+    n = fit.shape.steps
+    if not fit.shape.up:
+        return None
+    surface, residual, _ = explained(frame, fit, priors)
+    cost = np.minimum(np.abs(residual), CUTOFF) ** 2
+    table, _ = count_evidence(frame, fit, priors)
+    for i in range(1, n + 1):
+        over, same = table[0, i, 4], table[1, i, 4]
+        if over >= WALL_PIXELS and same < 0.3 * over:
+            continue
+        own = surface >= 3 * i
+        if np.count_nonzero(own) - table[0, i, 0] < WALL_PIXELS:  # nothing but the riser is seen
+            continue
+        shape, theta = with_steps(fit, i)
+        shape = replace(shape, is_open=False)
+        theta[2 * i] = theta[2 * i - 1] + WALL_HEIGHT
+        for place in np.linspace(fit.places[i - 1] - WALL_OFF, fit.places[-1] + WALL_OFF, 9):
+            theta[i - 1] = place
+            there, other, _ = explained(frame, replace(fit, shape=shape, theta=theta), priors)
+            other = np.where(there >= 0, np.minimum(np.abs(other), CUTOFF), CUTOFF) ** 2
+            # Of 247 seen flights the least sum was 11 a pixel, but for two last steps far away; of
+            # walls the greatest was -6.
+            if float((other - cost)[own].sum()) < 0.0:
+                return i
+    return None
 
 
 def denied(table: FloatArray, i: int) -> bool:

@@ -2,7 +2,7 @@
 
 Points are scored against even stairs over a grid of first riser, rise and run, for the few yaws
 that surface normals and silhouette edges speak for. The best guesses are fitted, and steps are
-added while pixels speak for one more. A scene without two such steps is refused.
+added while pixels speak for one more. A scene without enough such steps is refused.
 """
 
 from dataclasses import dataclass, replace
@@ -30,6 +30,7 @@ from drake_quad.perception.stair_evidence import (
     support,
     supported,
     told_apart,
+    wall_from,
 )
 from drake_quad.perception.stair_fit import (
     COARSE,
@@ -52,6 +53,8 @@ RUNS = np.arange(0.20, 0.43, 0.03)
 FIRSTS = np.arange(0.06, 2.7, 0.04)
 FLOOR_UNKNOWN = 0.05  # [m] deviation of the floor's height, from which nobody has told it
 FOOT_PIXELS = 25.0  # of the ground before the first nosing, that have to agree
+UNLIKE = 0.05  # [m] by which rises, and runs, of one flight may differ as they are seen
+LEAST_STEPS = 3  # fewer steps up are no flight (DIN 18065): two may be a block on a kerb
 RISE_BOUNDS, RUN_BOUNDS = (0.05, 0.26), (0.15, 0.60)
 
 
@@ -78,6 +81,7 @@ def find_stairs(
     generator: np.random.Generator,
     *,
     ways: tuple[bool, ...] = (True, False),
+    least: int = LEAST_STEPS,
 ) -> FoundStairs | None:
     """Looks for stairs in an image.
 
@@ -86,9 +90,10 @@ def find_stairs(
         priors: What is known before; with a floor known to 5 cm there is less to search.
         generator: Chooses the points that the coarse search looks at.
         ways: Whether to look for stairs up (True), down (False), or both.
+        least: How many steps up have to be seen; down it is two.
 
     Returns:
-        The stairs; None where nothing speaks for two steps at least.
+        The stairs; None where nothing speaks for so many steps.
     """
     if len(frame.rho) < 200:
         return None
@@ -132,6 +137,8 @@ def find_stairs(
         other = replace(best.fit.shape, is_open=not best.fit.shape.is_open)
         found = settle(frame, replace(best.fit, shape=other), priors)
         best, _ = _better(frame, priors, found, best, best_support)
+    if best is not None and best.fit.shape.up and best.fit.shape.steps < least:
+        return None
     return best
 
 
@@ -296,9 +303,8 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
     inner = crop(frame, held, width)
     final = fit_stairs(inner, held.shape, held.theta, priors, FINE)
     while final is not None and final.shape.steps >= 2:
-        table, _ = count_evidence(inner, final, priors)
-        n = final.shape.steps
-        whole = next((i for i in range(n) if not supported(table, i + 1, final)), n)
+        inner = crop(frame, final, width)  # a step's yaw may have changed what is within it
+        n, whole = final.shape.steps, _sound_steps(inner, final, priors)
         if whole == n:
             break
         # What lies beyond a step that nothing speaks for is not known to be the same flight.
@@ -311,6 +317,28 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
     if not (RISE_BOUNDS[0] < rise < RISE_BOUNDS[1] and RUN_BOUNDS[0] < run < RUN_BOUNDS[1]):
         return None
     return FoundStairs(final, at_most, width[0], width[1])
+
+
+def _sound_steps(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> int:
+    """How many of the first steps are a flight: seen, alike, and no wall."""
+    table, _ = count_evidence(frame, fit, priors)
+    n = fit.shape.steps
+    whole = next((i for i in range(n) if not supported(table, i + 1, fit)), n)
+    wall = wall_from(frame, fit, priors)
+    return min(whole, alike_steps(fit), n if wall is None else wall - 1)
+
+
+def alike_steps(fit: StairFit) -> int:
+    """How many of the first steps have rises and runs that differ by no more than UNLIKE."""
+    rises, runs = np.diff(fit.heights), np.diff(fit.places)
+    n = len(rises)
+    while n > 1 and max(_spread(rises[:n]), _spread(runs[: n - 1])) > UNLIKE:
+        n -= 1
+    return n
+
+
+def _spread(lengths: FloatArray) -> float:
+    return float(lengths.max() - lengths.min())
 
 
 def _without_unseen_foot(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> StairFit | None:

@@ -9,7 +9,14 @@ from drake_quad.common import FloatArray, read_only
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, keep_pixels, prepare_frame
 from drake_quad.perception.stair_belief import StairBelief
-from drake_quad.perception.stair_evidence import count_evidence, crop, denied, supported, told_apart
+from drake_quad.perception.stair_evidence import (
+    count_evidence,
+    crop,
+    denied,
+    supported,
+    told_apart,
+    wall_from,
+)
 from drake_quad.perception.stair_fit import (
     StairFit,
     StairPriors,
@@ -19,7 +26,7 @@ from drake_quad.perception.stair_fit import (
     with_steps,
 )
 from drake_quad.perception.stair_profile import MOST_STEPS, OVERHANG, RUN, YAW
-from drake_quad.perception.stair_search import FoundStairs, find_stairs
+from drake_quad.perception.stair_search import LEAST_STEPS, FoundStairs, find_stairs
 from drake_quad.perception.touchdown import FootContact, refine_by_touchdown, tread_under
 
 LEAST_PLACE = 0.12  # [m] nearer than this a nosing is below the camera and out of its view
@@ -212,6 +219,7 @@ class StairTracker:
         stamp: float = 0.0,
         last: StairBelief | None = None,
         feet: FloatArray | None = None,
+        least: int = LEAST_STEPS,
     ) -> StairBelief | None:
         """The stairs that an image shows.
 
@@ -222,6 +230,7 @@ class StairTracker:
             last: The belief before; without one the stairs are searched for.
             feet: Points in W where feet stand, (k, 3) [m]; those farthest ahead tell the floor, and
                 those on treads that are told refine their heights.
+            least: How many steps up a search has to see.
 
         Returns:
             The belief; None where nothing speaks for stairs.
@@ -239,7 +248,7 @@ class StairTracker:
                     found, pose, stamp=stamp, tilt=self._accuracy.tilt, passed=passed
                 )
                 return in_world(felt(belief, feet), pose)
-        searched = find_stairs(frame, priors, np.random.default_rng(SEED))
+        searched = find_stairs(frame, priors, np.random.default_rng(SEED), least=least)
         if searched is None:
             return None
         belief = make_belief(searched, pose, stamp=stamp, tilt=self._accuracy.tilt)
@@ -337,6 +346,11 @@ class StairTracker:
         if more is None:
             return fit, None
         table, _ = count_evidence(frame, more, priors)
-        if supported(table, more.shape.steps, more) and told_apart(frame, more, priors):
+        n = more.shape.steps
+        if (
+            supported(table, n, more)
+            and told_apart(frame, more, priors)
+            and wall_from(frame, more, priors) is None
+        ):
             return more, None
-        return fit, fit.shape.steps if denied(table, more.shape.steps) else None
+        return fit, fit.shape.steps if denied(table, n) else None
