@@ -3,6 +3,9 @@
 The flight is taken to be endlessly wide. Pixels that show it then lie within its sides, and those
 that show nothing, or something farther, beyond them. So each side is where the share of pixels that
 show the flight falls from nearly all to nearly none.
+
+Where the sides do not run along the climb, each step ends elsewhere: `step_ends` looks at each by
+itself, over wider cells.
 """
 
 from dataclasses import dataclass
@@ -13,6 +16,7 @@ from numpy.typing import NDArray
 from drake_quad.common import FloatArray
 from drake_quad.jit import jit
 from drake_quad.perception.camera_model import CameraModel
+from drake_quad.perception.pixel_tally import explain
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_profile import NOTHING, NUISANCES, OVERHANG, inverse_depth, meet
 from drake_quad.perception.stair_tracker import CameraPose
@@ -28,6 +32,12 @@ FARTHEST = 3.0  # [m] ahead
 THICKNESS = 0.04  # [m] of treads over open risers
 ONE_SIGMA = 0.008  # [m] deviation of one side: near surfaces seem to grow by up to 3 pixels
 BOTH_SIGMA = 0.004  # [m] of the middle between two, which grow alike
+WIDE_CELL = 0.08  # [m] across of the cells in which one step's end is looked for
+WIDEST = 1.6  # [m] to each side, beyond which it is not looked for
+STEP_AGREES = 0.1  # of an inverse depth, by which a pixel of a step may be off
+STEP_ERROR = 0.03  # [1/m] by which it may be off in any case: 3 deviations of disparity
+STEP_PIXELS = 12  # of a cell
+GONE = 0.7  # of the pixels of a cell that have to show nothing, or something farther
 
 
 @dataclass(frozen=True)
@@ -136,18 +146,7 @@ def find_sides(
     Returns:
         The sides; None if neither is in view.
     """
-    n = len(seen.places)
-    theta = np.zeros(2 * n + 1 + NUISANCES)
-    theta[:n], theta[n : 2 * n + 1] = seen.places, seen.heights - pose.p_WC[2]
-    theta[2 * n + 1 + OVERHANG] = seen.overhang
-    shape = np.array(
-        [n, float(seen.going_up), float(seen.is_open), THICKNESS, 0.85 * abs(seen.run)]
-    )
-    c, s = seen.direction
-    R_SC = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ pose.R_WC
-    some = slice(ROWS // 2, None, ROWS)
-    rays = np.ascontiguousarray(model.rays()[some] @ R_SC.T)
-    image = np.ascontiguousarray(depth[some], dtype=np.float64)
+    theta, shape, rays, image = _flight_rays(depth, model, pose, seen)
     cells = round(2.0 * AROUND / CELL)
     counts = np.zeros((2, cells, 3))
     count_pixels(image, rays, theta, shape, np.array([expected.right, expected.left]), counts)
@@ -159,3 +158,61 @@ def find_sides(
         np.nan if left is None else expected.left - AROUND + left * CELL,
         float(counts[:, :, 2].sum() / counts[:, :, 0].sum()),
     )
+
+
+def step_ends(
+    depth: NDArray[np.floating], model: CameraModel, pose: CameraPose, seen: StairBelief
+) -> FloatArray:
+    """Where each step of a flight is seen to end, to the right and to the left of the climb.
+
+    Args:
+        depth: Distances along the optical axis [m], (height, width); 0 where there is none.
+        model: Intrinsics.
+        pose: Pose of the camera when the image was taken.
+        seen: The flight as the image shows it.
+
+    Returns:
+        The right and the left end of each step, as a belief's `right` and `left`, (n, 2) [m];
+        infinite where none is seen, because the image ends before, or something stands before it.
+    """
+    n = len(seen.places)
+    theta, shape, rays, image = _flight_rays(depth, model, pose, seen)
+    rays, image = rays.reshape(-1, 3), image.ravel()
+    surface, rho = np.empty(len(rays)), np.empty(len(rays))
+    explain(rays, theta, shape, surface, rho)
+    known = image > 0.0
+    measured = np.divide(1.0, image, out=np.zeros_like(image), where=known)
+    allowed = np.maximum(STEP_AGREES * rho, STEP_ERROR)
+    mine = (surface >= 3) & (rho > 0.0) & (measured < rho + allowed)
+    lateral = rays[mine, 1] / rho[mine]
+    step = surface[mine].astype(int) // 3 - 1  # a riser is the step's that it leads to
+    gone = measured[mine] < (rho - allowed)[mine]
+    cells = round(WIDEST / WIDE_CELL)
+    within = np.abs(lateral) < WIDEST
+    cell = np.minimum((np.abs(lateral[within]) / WIDE_CELL).astype(int), cells - 1)
+    at = (step[within], (lateral[within] > 0.0).astype(int), cell)
+    counts = np.zeros((2, n, 2, cells))
+    np.add.at(counts[0], at, 1.0)
+    np.add.at(counts[1], at, gone[within])
+    ended = (counts[0] >= STEP_PIXELS) & (counts[1] >= GONE * counts[0])
+    ended[..., :-1] &= ended[..., 1:] | (counts[0, ..., 1:] < STEP_PIXELS)  # a hole is no end
+    first = np.where(ended.any(axis=-1), ended.argmax(axis=-1) * WIDE_CELL, np.inf)
+    return np.asarray(first * np.array([-1.0, 1.0]))
+
+
+def _flight_rays(
+    depth: NDArray[np.floating], model: CameraModel, pose: CameraPose, seen: StairBelief
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """A flight's parameters and shape, and rays along its climb with the depths of their pixels."""
+    n = len(seen.places)
+    theta = np.zeros(2 * n + 1 + NUISANCES)
+    theta[:n], theta[n : 2 * n + 1] = seen.places, seen.heights - pose.p_WC[2]
+    theta[2 * n + 1 + OVERHANG] = seen.overhang
+    shape = np.array(
+        [n, float(seen.going_up), float(seen.is_open), THICKNESS, 0.85 * abs(seen.run)]
+    )
+    c, s = seen.direction
+    R_SC = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ pose.R_WC
+    some = slice(ROWS // 2, None, ROWS)
+    rays = np.ascontiguousarray(model.rays()[some] @ R_SC.T)
+    return theta, shape, rays, np.ascontiguousarray(depth[some], dtype=np.float64)

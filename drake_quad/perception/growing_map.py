@@ -27,6 +27,7 @@ from drake_quad.perception.stair_map import (
     lay_flight,
     sees_end,
     width_about,
+    width_of_steps,
 )
 from drake_quad.perception.stair_tracker import CameraPose, StairTracker
 from drake_quad.terrain.elements import Element
@@ -306,7 +307,8 @@ def _width(
         right = -np.inf if level.cut_right else right
         left = np.inf if level.cut_left else left
     width = min(width_about(x, right, left) for x in lateral)
-    return min(known.elements[1].width or seen, check_width(width))
+    along = np.interp(belief.places, belief.places[[0, -1]], lateral)
+    return min(known.elements[1].width or seen, check_width(width), width_of_steps(along, level))
 
 
 def nosings_in_view(known: StairMap, model: CameraModel, pose: CameraPose) -> NDArray[np.intp]:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray
 from drake_quad.perception.camera_model import CameraModel
+from drake_quad.perception.flight_sides import step_ends
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_tracker import CameraPose
 
@@ -57,6 +58,8 @@ class Level(NamedTuple):
         cut_right: Whether treads are seen as far to the right as the image shows the last nosing:
             then they may go on there.
         cut_left: The same to the left.
+        ends: Where each step ends to the right and to the left, see `flight_sides.step_ends`,
+            (n, 2) [m]; None if nobody has looked.
     """
 
     length: float
@@ -66,6 +69,7 @@ class Level(NamedTuple):
     left: float = 0.0
     cut_right: bool = False
     cut_left: bool = False
+    ends: FloatArray | None = None
 
 
 def turning_place(belief: StairBelief, landing: float) -> float:
@@ -116,6 +120,7 @@ def level_beyond(
     return Level(
         length, length >= RUNS * belief.run, below_view, right, left,
         cut_right=belief.right < image_right + SIDE, cut_left=belief.left > image_left - SIDE,
+        ends=step_ends(depth, model, pose, belief),
     )  # fmt: skip
 
 

@@ -40,6 +40,7 @@ ONE = {"place": 1.0, "height": 1.0, "yaw": 1.0, "overhang": 1.0, "rise": 1.0, "r
 # A camera that nobody has calibrated: what single images of a Kinect v2 show of it. Its depths bend
 # in corners, and its IMU and level treads disagree by 3 degrees.
 UNKNOWN = DepthAccuracy(depth=0.008, depth_offset=0.02, pattern=0.010, tilt=float(np.radians(2.0)))
+UNKNOWN_SCALE = 0.01  # deviation of the factor by which all of its depths may be too long or short
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,24 @@ def see_stairs(
         return SeenStairs(None, frame, None)
     factors = {"up": ONE, "down": ONE}
     belief = make_belief(found, pose, stamp=0.0, tilt=0.0, factors=factors)
+    if baseline is None:
+        belief = scaled_by(belief, UNKNOWN_SCALE)
     return SeenStairs(belief, frame, found)
+
+
+def scaled_by(belief: StairBelief, sigma: float) -> StairBelief:
+    """The belief of a camera whose depths may all be too long, or too short, by one factor.
+
+    The image cannot show that: larger stairs farther away look the same.
+
+    Args:
+        belief: The stairs, told from the camera.
+        sigma: Deviation of the factor.
+    """
+    lengths = np.concatenate(
+        [belief.places, belief.heights, [0.0, belief.overhang, belief.rise, belief.run]]
+    )
+    return replace(belief, covariance=belief.covariance + sigma**2 * np.outer(lengths, lengths))
 
 
 def describe_seen(seen: SeenStairs) -> dict[str, Any]:

@@ -210,10 +210,24 @@ def wall_from(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> int | No
     return None
 
 
-def denied(table: FloatArray, i: int) -> bool:
-    """Whether most pixels that should see step i see something farther: it is not there."""
-    riser = table[0, i]
-    return bool(riser[0] >= 25.0 and riser[2] > 0.7 * riser[0])
+def denied(frame: DepthFrame, fit: StairFit, more: StairFit, priors: StairPriors) -> bool:
+    """Whether most pixels that should see the next step see something farther: it is not there.
+
+    Its fit alone does not tell: where little of it is in view, it may be put where it is not.
+
+    Args:
+        frame: The image.
+        fit: The stairs.
+        more: The fit with one step more.
+        priors: What is known before.
+    """
+    n = more.shape.steps
+    shape, theta = with_steps(fit, n)
+    for one in (more, replace(fit, shape=shape, theta=theta)):
+        riser = count_evidence(frame, one, priors)[0][0, n]
+        if riser[0] < 25.0 or riser[2] <= 0.7 * riser[0]:
+            return False
+    return True
 
 
 def crop(frame: DepthFrame, fit: StairFit, width: tuple[float, float]) -> DepthFrame:

@@ -188,6 +188,7 @@ def make_stair_map(
     places = behind + float(offset @ along) + belief.places
     lateral = float(offset @ aside)
     width = check_width(width_about(lateral, belief.right, belief.left))
+    width = min(width, width_of_steps(np.full(len(places), lateral), level))
     beyond = 0.0 if level is None else width_about(lateral, level.right, level.left)
     overhang = None
     if belief.overhang > max(LEAST_OVERHANG, belief.estimate("overhang").half_width):
@@ -281,6 +282,33 @@ def lay_flight(
         stairs,
         Element(kind="landing", length=length, width=max(width, beyond)),
     )
+
+
+def width_of_steps(lateral: FloatArray, level: Level | None) -> float:
+    """Width about the lane that all steps have as far as their ends are seen [m], if it is enough.
+
+    Args:
+        lateral: How far the climb's line is to the left of the lane's at each nosing, (n,) [m].
+        level: What was seen of the steps' ends; None if nobody has looked.
+
+    Returns:
+        The width; infinite where no end is seen.
+
+    Raises:
+        PlanningError: A step ends too near to the lane.
+    """
+    if level is None or level.ends is None:
+        return np.inf
+    aside = np.column_stack([-(level.ends[:, 0] + lateral), level.ends[:, 1] + lateral])
+    k, side = np.unravel_index(int(aside.argmin()), aside.shape)
+    nearest = float(aside[k, side])
+    if 2.0 * nearest < WIDTH_MIN:
+        way = "left" if side else "right"
+        raise PlanningError(
+            f"step {int(k) + 1} of what is seen ends {max(nearest, 0.0):.2f} m to the {way} of the "
+            f"way ahead, and {0.5 * WIDTH_MIN:g} m are wanted"
+        )
+    return 2.0 * nearest
 
 
 def width_about(lateral: float, right: float, left: float) -> float:

@@ -292,7 +292,7 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
         if more is None:
             break
         if not _stands(inner, more, priors):
-            if denied(count_evidence(inner, more, priors)[0], more.shape.steps):
+            if denied(inner, held, more, priors):
                 at_most = held.shape.steps
             break
         held = more

@@ -353,4 +353,4 @@ class StairTracker:
             and wall_from(frame, more, priors) is None
         ):
             return more, None
-        return fit, fit.shape.steps if denied(table, n) else None
+        return fit, fit.shape.steps if denied(frame, fit, more, priors) else None

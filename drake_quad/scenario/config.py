@@ -75,10 +75,17 @@ class MissionElement:
 
 @dataclass
 class StartConfig:
-    """Where the robot starts, standing, heading along the first lane."""
+    """Where the robot starts, standing, and where it heads."""
 
     distance: float = number(
         1.0, "m", "The body's centre at the start, along the first lane", not_negative()
+    )
+    heading_deg: float = number(
+        0.0,
+        "deg",
+        "How far it is turned to the left of the first lane; with `perception.map: seen` alone, "
+        "where it turns into the lane that it has seen",
+        within(-30.0, 30.0),
     )
 
 

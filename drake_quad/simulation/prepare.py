@@ -29,7 +29,12 @@ from drake_quad.scenario.build import (
 from drake_quad.scenario.config import Scenario
 from drake_quad.simulation.eyes import check_mount
 from drake_quad.simulation.look import look_around
-from drake_quad.simulation.prepare_seen import blind_scenario, plan_on_sight, stay
+from drake_quad.simulation.prepare_seen import (
+    blind_scenario,
+    floor_underfoot,
+    plan_on_sight,
+    stay,
+)
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.terrain.course import Course
 
@@ -56,7 +61,14 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
         return _prepare_seen(scenario, source=source)
     if scenario.design == "auto":
         scenario = design_preferred(scenario, source=source).scenario
-    robot, course, settings, tasks, stance = _values(scenario, source=source)
+    return _prepare_told(scenario, source=source)
+
+
+def _prepare_told(
+    scenario: Scenario, course: Course | None = None, *, source: str
+) -> PreparedScenario:
+    """As `prepare`, of a scenario with a gait; `course` is the map, the scenario's unless told."""
+    robot, course, settings, tasks, stance = _values(scenario, course, source=source)
     if scenario.estimator.landmarks != "none":
         check_mount(scenario.perception, robot, source=source)
     world = world_of(scenario, course, source=source)
@@ -73,9 +85,13 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
 
 def _prepare_seen(scenario: Scenario, *, source: str) -> PreparedScenario:
     """As `prepare`, on a map of what is seen; where there is no climb of it, the robot stays."""
-    blind = prepare(blind_scenario(scenario), source=source)
+    alone = blind_scenario(scenario)
+    if alone.design == "auto":
+        alone = design_preferred(alone, source=source).scenario
+    radius = robot_of(scenario).foot_radius
+    blind = _prepare_told(alone, floor_underfoot(scenario, foot_radius=radius), source=source)
     check_mount(scenario.perception, blind.robot, source=source)
-    course = course_of(scenario, source=source, foot_radius=blind.robot.foot_radius)
+    course = course_of(scenario, source=source, foot_radius=radius)
     blind = replace(blind, world=world_of(scenario, course, source=source))
     sight = look_around(blind)
     try:
@@ -111,10 +127,11 @@ def judge_plan(p: PreparedScenario) -> None:
 
 
 def _values(
-    scenario: Scenario, *, source: str
+    scenario: Scenario, course: Course | None = None, *, source: str
 ) -> tuple[RobotModel, Course, PlanSettings, tuple[Task, ...], Stance]:
     robot = robot_of(scenario)
-    course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
+    if course is None:
+        course = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     settings = plan_settings(scenario)
     tasks = mission_of(scenario, course, source=source)
     stance = initial_stance(robot, course, settings, start=scenario.start.distance)

@@ -5,12 +5,15 @@ stands on a floor, how far the ground is level beyond the last step, and whether
 """
 
 import copy
+import math
 from dataclasses import replace
+
+import numpy as np
 
 from drake_quad.gait_design.designer import design_scenario
 from drake_quad.perception.growing_map import trust
 from drake_quad.perception.sight import Sight
-from drake_quad.perception.stair_map import StairMap, describe_belief, make_stair_map
+from drake_quad.perception.stair_map import StairMap, describe_belief, lay_map, make_stair_map
 from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.mission import check_mission, plan_mission
 from drake_quad.planning.onward import plan_onward, round_up, with_map_errors
@@ -22,7 +25,8 @@ from drake_quad.scenario.config import MissionElement, Scenario, WorldConfig
 from drake_quad.simulation.eyes import eyes_of, reach_of, way_back
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.systems.transition_planner import Growth
-from drake_quad.terrain.elements import Element
+from drake_quad.terrain.course import Course
+from drake_quad.terrain.elements import TURNING_SPACE, Element
 
 FLOOR_AHEAD = 1.0  # [m] of the floor that a robot knows of before it has looked
 LOOK = "stand and look"
@@ -38,7 +42,25 @@ def blind_scenario(scenario: Scenario) -> Scenario:
     blind.mission = [MissionElement(kind="stand", duration=duration)]
     blind.world = WorldConfig()
     blind.perception.map = "told"
+    blind.start.heading_deg = 0.0
     return blind
+
+
+def floor_underfoot(scenario: Scenario, *, foot_radius: float) -> Course:
+    """The map of a robot that has not looked yet: a floor that leads where the robot heads.
+
+    Args:
+        scenario: The scenario, of which only the start is read.
+        foot_radius: Radius of the robot's feet [m].
+    """
+    start = scenario.start
+    yaw = math.radians(start.heading_deg)
+    behind = start.distance * np.array([math.cos(yaw), math.sin(yaw)])
+    return lay_map(
+        (Element(kind="floor", length=start.distance + FLOOR_AHEAD),),
+        origin=np.array([start.distance, 0.0]) - behind, yaw=yaw, floor=0.0,
+        foot_radius=foot_radius, turning_space=TURNING_SPACE,
+    )  # fmt: skip
 
 
 def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> StairMap:

@@ -89,6 +89,21 @@ def test_the_landing_is_as_wide_as_it_was_seen_about_the_lane() -> None:
     assert widths[-1] == widths[-2] == lane.half_widths[-2]
 
 
+def test_the_map_is_no_wider_than_any_step_is_seen_to_be() -> None:
+    """Ends of single steps count, on either side; where none is seen, what all share does."""
+    ends = np.full((N, 2), np.inf)
+    ends[:, 0] *= -1.0
+    shared = made(belief()).elements[1].width
+    assert made(belief(), DEEP._replace(ends=ends)).elements[1].width == shared
+    aside = np.array([-along(belief())[1], along(belief())[0]])
+    offset = float((CAMERA - STANDING) @ aside)
+    ends[2] = -2.0, 0.45 - offset
+    assert made(belief(), DEEP._replace(ends=ends)).elements[1].width == pytest.approx(0.9)
+    ends[1] = -0.3 - offset, 2.0
+    with pytest.raises(PlanningError, match=r"step 2 .* ends 0\.30 m to the right"):
+        made(belief(), DEEP._replace(ends=ends))
+
+
 def test_the_plan_allows_for_the_widest_interval() -> None:
     """Places' half intervals are 1.96 deviations, and the yaw's errs where feet are put down."""
     seen = belief()

@@ -10,7 +10,7 @@ from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotation_exp
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import DepthFrame, prepare_frame, stereo_accuracy
-from drake_quad.perception.see import see_stairs
+from drake_quad.perception.see import scaled_by, see_stairs
 from drake_quad.perception.stair_candidates import candidate_levels
 from drake_quad.perception.stair_fit import StairPriors
 from drake_quad.perception.stair_profile import PITCH
@@ -95,3 +95,18 @@ def test_a_wall_beside_the_stairs_is_left_out() -> None:
     assert found is not None and not found.fit.shape.up
     assert 3 <= found.fit.shape.steps <= 7 and found.left <= 0.56
     assert np.abs(np.diff(found.fit.heights)[:3] + 0.128).max() < 0.006
+
+
+def test_a_camera_that_nobody_calibrated_may_have_all_lengths_too_long() -> None:
+    """Its depths' factor, known to 1 %, is in the intervals of rise and run, and not in yaw's."""
+    boxes = flight(0.16, 5)
+    scene = Scene("up", np.zeros(0), np.zeros(1), 0.0, 0.0, (0.8, 0.8), boxes)
+    depth = render(scene, MODEL, level_rotation(pitch=DOWN), HEIGHT)
+    belief = see_stairs(depth, MODEL, pitch=DOWN).belief
+    assert belief is not None
+    wider = scaled_by(belief, 0.01)
+    for name in ("rise", "run"):
+        added = wider.sigma(name) ** 2 - belief.sigma(name) ** 2
+        assert added == pytest.approx((0.01 * getattr(belief, name)) ** 2)
+        assert belief.sigma(name) > 0.01 * getattr(belief, name)
+    assert wider.sigma("yaw") == belief.sigma("yaw")

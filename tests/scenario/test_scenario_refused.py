@@ -152,6 +152,8 @@ MISFITS = [
     ("perception: {camera: d415}", "perception.camera", "d435 or d455"),
     ("perception: {camera_x: 3.0}", "perception.camera_x", "from -2 to 2"),
     ("perception: {look_time: 0.1}", "perception.look_time", "from 0.2 to 60"),
+    ("start: {heading_deg: 5.0}", "start.heading_deg", "0 with perception.map told"),
+    ("start: {heading_deg: 31.0}", "start.heading_deg", "from -30 to 30"),
     ("perception: {landing: -1.0}", "perception.landing", "more than 0"),
     (
         "perception: {map: seen}\nmission: [{kind: stand, duration: 1.0}]",

@@ -304,3 +304,14 @@ def test_a_landing_too_small_to_turn_on_is_not_climbed_to() -> None:
     assert p.sight is not None
     assert "course[2].length of the map is 0." in p.sight.refused
     assert "too small to turn back on: must be at least 1.24 m" in p.sight.refused
+
+
+def test_a_robot_that_stands_turned_sees_the_flight_where_it_is() -> None:
+    """It stands 9 degrees to the left of the flight's way up, sees that to 1 degree, and turns."""
+    p = prepared("start.heading_deg=9.0")
+    assert p.stance.body[4] == pytest.approx(np.radians(9.0))
+    assert p.stance.body[:2] == pytest.approx([1.0, 0.0])
+    assert p.sight is not None and p.sight.belief is not None and not p.sight.refused
+    assert abs(np.degrees(p.sight.belief.yaw)) < 1.0
+    walk = p.plan.plans[1]
+    assert abs(np.degrees(walk.body.samples(np.array([walk.duration]))[-1, 0, 4])) < 1.0
