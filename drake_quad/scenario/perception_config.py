@@ -47,6 +47,13 @@ class PerceptionConfig:
         "How long the robot stands and looks, at an image each half second; the last one counts",
         within(0.2, 60.0),
     )
+    no_way_on: str = choice(
+        "stay",
+        ("stay", "back_down"),
+        "What the robot does on a tread where what it sees cannot be climbed, or contradicts the "
+        "map: it stays on its four feet; `back_down`: it goes back the way it came, backwards, to "
+        "where it started",
+    )
     landing: float = number(
         2.0,
         "m",

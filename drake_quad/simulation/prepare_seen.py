@@ -197,7 +197,10 @@ def _plan_first_steps(
         map_error_place=own.map_error_place,
         map_error_height=own.map_error_height,
     )
-    growth = Growth(settings, eyes_of(scenario), scenario.controller.lift_off_margin)
+    growth = Growth(
+        settings, eyes_of(scenario), scenario.controller.lift_off_margin,
+        back_down=scenario.perception.no_way_on == "back_down",
+    )  # fmt: skip
     onward = plan_onward(
         robot, settings, found, blind.stance, growth.eyes, lift_off_margin=growth.lift_off_margin
     )

@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
-from drake_quad.errors import DrakeQuadError
+from drake_quad.errors import DrakeQuadError, PlanningError
 from drake_quad.perception.growing_map import describe_standing
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import describe_belief
@@ -18,6 +18,7 @@ from drake_quad.planning.onward import Eyes, plan_onward, why_not
 from drake_quad.planning.plan_job import PlanJob, PlanMaker, RestJob, TaskJob
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.replan import project_to_map
+from drake_quad.planning.retreat import RetreatJob, plan_retreat
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
@@ -34,11 +35,13 @@ class Growth:
         settings: The planner's settings, with the errors that are allowed for on any map.
         eyes: The camera.
         lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
+        back_down: Whether the robot goes back the way it came where there is no way on.
     """
 
     settings: PlanSettings
     eyes: Eyes
     lift_off_margin: float
+    back_down: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,8 @@ class KnownMission:
         mission: The tasks.
         revision: Number of the map's revision.
         goes_on: Whether there will be more tasks.
+        retreat: The plans of the walks that the last tasks lead back over, the last walk first.
+        reason: Why the robot goes back; empty if it does not.
     """
 
     course: Course
@@ -58,6 +63,8 @@ class KnownMission:
     mission: tuple[Task, ...]
     revision: int
     goes_on: bool
+    retreat: tuple[MotionPlan, ...] = ()
+    reason: str = ""
 
     def __deepcopy__(self, memo: object) -> "KnownMission":
         """It never changes, so that Drake may copy a Context without copying it."""
@@ -74,8 +81,9 @@ class TransitionPlanner(LeafSystem):
     task. Plans are in the map's heights: what the ground is higher, the controller adds.
 
     Where the map grows, the mission is known as far as the map is. When the clock comes to its end,
-    and the robot has looked again, the next stretch is planned on the map as it is then; if there
-    is no way on, the run ends there, on four feet, and says why.
+    and the robot has looked again, the next stretch is planned on the map as it is then. If there
+    is no way on, the run ends there, on four feet, and says why; if it is told to, the robot goes
+    back the way it came before that.
 
     Input ports:
         gait_phase: See GaitPhase.
@@ -192,7 +200,11 @@ class TransitionPlanner(LeafSystem):
             self._keep(context, state, plan, known)
         return EventStatus.Succeeded()
 
-    def _task_job(self, task: int, stance: Stance, known: KnownMission) -> TaskJob:
+    def _task_job(self, task: int, stance: Stance, known: KnownMission) -> PlanJob:
+        back = task - len(known.mission) + len(known.retreat)
+        if back >= 0 and known.retreat:
+            walk = known.retreat[back]
+            return RetreatJob(self._robot, known.course, known.settings, walk, stance, task)
         return TaskJob(self._robot, known.course, known.settings, known.mission[task], stance, task)
 
     def _known_to(self, context: Context) -> KnownMission:
@@ -212,6 +224,10 @@ class TransitionPlanner(LeafSystem):
         """
         assert self._growth is not None and self._map_port is not None
         revision: MapRevision = self._map_port.Eval(context)
+        if known.reason:
+            return self._stop(
+                revision, self._stance_after(plan, context), known.reason, went_back=True
+            )
         if revision.number <= known.revision:
             return EventStatus.DidNothing()  # it has not looked yet
         reason, stance = revision.reason, self._stance_after(plan, context)
@@ -228,7 +244,46 @@ class TransitionPlanner(LeafSystem):
                 )
             except DrakeQuadError as problem:
                 reason = why_not(problem)
+        if self._growth.back_down:
+            try:
+                return self._retreat(context, known, revision, stance, reason)
+            except DrakeQuadError as problem:
+                reason = f"{reason}; no way back: {why_not(problem)}"
+        return self._stop(revision, stance, reason)
+
+    def _retreat(
+        self,
+        context: Context,
+        known: KnownMission,
+        revision: MapRevision,
+        stance: Stance,
+        reason: str,
+    ) -> KnownMission:
+        """The mission with the way back to where the robot started.
+
+        Raises:
+            DrakeQuadError: There is none.
+        """
+        assert self._growth is not None
+        walks = [p for p in self.plans(context) if known.mission[p.index].kind == "walk"]
+        tasks = plan_retreat(
+            self._robot, known.course, known.settings, walks, stance,
+            first_index=len(known.mission), lift_off_margin=self._growth.lift_off_margin,
+        )  # fmt: skip
+        if not tasks:
+            raise PlanningError("the robot has not gone anywhere")
+        return replace(
+            known, mission=(*known.mission, *tasks), revision=revision.number, goes_on=True,
+            retreat=tuple(walks[::-1]), reason=reason,
+        )  # fmt: skip
+
+    def _stop(
+        self, revision: MapRevision, stance: Stance, reason: str, *, went_back: bool = False
+    ) -> EventStatus:
+        """The end of the run, on four feet, with where it stands and why."""
         where = describe_standing(revision.map, stance.feet)
+        if went_back:
+            where = f"where it started, {where}, for it has gone back"
         seen = describe_belief(revision.belief)
         return EventStatus.ReachedTermination(
             self, f"stopped: stands {where}; what is seen is: {seen}; {reason}"

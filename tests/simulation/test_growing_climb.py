@@ -29,9 +29,9 @@ STEEP = 0.4  # [m]: a rise that no gait of this robot climbs
 
 
 @cache
-def prepared(*rises: float, state: str = "truth") -> PreparedScenario:
+def prepared(*rises: float, state: str = "truth", then: str = "stay") -> PreparedScenario:
     text = TEXT.replace("RISES", str(list(rises))).replace("RUNS", str([0.5] * len(rises)))
-    overrides = [f"estimator.kind={state}"]
+    overrides = [f"estimator.kind={state}", f"perception.no_way_on={then}"]
     return prepare(parse_scenario(text, source="test", overrides=overrides), source="test")
 
 
@@ -79,3 +79,17 @@ def test_where_the_flight_goes_on_too_steep_it_stops_on_a_tread() -> None:
     assert result.summary["margin"]["minimum"] > 0.03
     assert result.summary["nonfoot_contact_samples"] == 0
     assert result.summary["seen"]["looks"] >= 2
+
+
+@pytest.mark.slow
+def test_if_it_is_told_to_it_goes_back_down_from_there() -> None:
+    """To the floor where it started, within 30 mm; nothing but its standing feet touches."""
+    p = prepared(*[0.14] * 7, STEEP, STEEP, state="ekf", then="back_down")
+    result = simulate(p)
+    assert result.outcome == "stopped"
+    assert result.reason.startswith("stands where it started, on four feet before the flight")
+    assert result.summary["nonfoot_contact_samples"] == 0
+    assert result.summary["swing_contact_samples"] == 0
+    assert result.summary["margin"]["minimum"] > 0.03
+    end = [result.table[f"q_{p.robot.name}_trunk_{a}"][-1].as_py() for a in "xy"]
+    assert np.allclose(end, p.stance.body[:2], atol=0.03)

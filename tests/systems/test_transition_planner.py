@@ -276,7 +276,9 @@ def test_output_is_held_state() -> None:
     assert not Planner(STAND).system.HasAnyDirectFeedthrough()
 
 
-def growing(revision: MapRevision, start: float = 1.0) -> tuple[TransitionPlanner, Simulator]:
+def growing(
+    revision: MapRevision, start: float = 1.0, *, back_down: bool = False
+) -> tuple[TransitionPlanner, Simulator]:
     """A planner whose robot stands before the first steps of a flight; and its simulator."""
     known = FIRST_LOOK.map
     system = TransitionPlanner(
@@ -285,7 +287,7 @@ def growing(revision: MapRevision, start: float = 1.0) -> tuple[TransitionPlanne
         course=known.course(foot_radius=paper_robot().foot_radius),
         settings=gait(),
         mission=(STAND,),
-        growth=Growth(gait(), eyes(), 0.02),
+        growth=Growth(gait(), eyes(), 0.02, back_down=back_down),
     )
     simulator, stance = Simulator(system), standing(known, start)
     fix_inputs(
@@ -343,3 +345,37 @@ def test_without_a_way_on_the_run_ends_on_four_feet_and_says_why(reason: str) ->
     assert "stopped: stands on four feet before the flight; what is seen is: 5 or more" in message
     assert (reason or "how many steps there are is not known") in message
     assert system.GetOutputPort("motion_plan").Eval(context).index == 0
+
+
+def test_where_it_is_told_to_it_goes_back_before_the_run_ends() -> None:
+    """From the tread that it walked to, to where it started; then the run ends, with the reason."""
+    system, simulator = growing(FIRST_LOOK, back_down=True)
+    context = simulator.get_mutable_context()
+    port = system.GetOutputPort("motion_plan")
+    ahead = replace(FIRST_LOOK, number=1, map=first_map(8))
+    fix_inputs(system, context, map_known=ahead, gait_phase=phase_of(1))
+    simulator.AdvanceTo(0.3)
+    walk = port.Eval(context)
+    there = state_of(walk.end.body, walk.end.feet)
+    fix_inputs(system, context, gait_phase=phase_of(2), robot_state_estimated=there)
+    simulator.AdvanceTo(0.5)
+    lost = replace(ahead, number=2, reason="what is seen contradicts the map")
+    fix_inputs(system, context, map_known=lost, gait_phase=phase_of(3))
+    simulator.AdvanceTo(0.8)
+    back = port.Eval(context)
+    assert back.index == 3 and back.segments[0].name.startswith("back down") and back.goes_on
+    assert np.allclose(back.end.body, walk.body.samples(np.zeros(1))[0, 0], atol=1e-9)
+    here = state_of(back.end.body, back.end.feet)
+    fix_inputs(system, context, gait_phase=phase_of(4), robot_state_estimated=here)
+    message = simulator.AdvanceTo(1.0).FormatMessage()
+    assert "stopped: stands where it started, on four feet before the flight" in message
+    assert "what is seen contradicts the map" in message
+
+
+def test_where_there_is_no_way_back_either_it_says_both() -> None:
+    """A robot that has not walked stays where it is."""
+    lost = replace(FIRST_LOOK, number=1, reason="what is seen contradicts the map")
+    system, simulator = growing(lost, back_down=True)
+    fix_inputs(system, simulator.get_mutable_context(), gait_phase=phase_of(1))
+    message = simulator.AdvanceTo(0.3).FormatMessage()
+    assert "contradicts the map; no way back: the robot has not gone anywhere" in message
