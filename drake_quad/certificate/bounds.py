@@ -15,8 +15,8 @@ from drake_quad.certificate.clearance import (
     enclose_foot_clearance,
     enclose_shank_clearance,
     find_footholds,
-    find_ground,
 )
+from drake_quad.certificate.ground import find_ground, find_ground_below
 from drake_quad.certificate.kinematics import (
     Legs,
     enclose_feet,
@@ -52,7 +52,7 @@ class Problem:
         pieces: The plan.
         obstacles: The course.
         footholds: Where the swings begin and end.
-        ground: The box that each foot stands on, by pieces (P, 4), see `find_ground`.
+        ground: The box that each foot is on, by pieces (P, 4), see `find_ground`.
         within: How far all may be from the plan.
     """
 
@@ -178,6 +178,12 @@ def _bound(
     where[:, GROUND] = where[:, FOOT]
     known = best[:, SHANK].copy()
     knees, ahead = enclose_knees(robot, frame, legs), enclose_shank_axes(frame, legs)
+    below = None
+    if within.rise > 0.0:
+        below = find_ground_below(
+            pieces, cells, problem.obstacles, problem.ground, radius=robot.foot_radius,
+            within=within,
+        )  # fmt: skip
     shank = enclose_shank_clearance(
         cells,
         make_chain(problem.shank, knees, feet, ahead),
@@ -186,7 +192,7 @@ def _bound(
         best=known,
         tolerance=float(tolerance[SHANK]),
         demand=float(demand[SHANK]),
-        ground=problem.ground[cells.piece],
+        ground=below,
         run=within.run,
         rise=within.rise,
     )

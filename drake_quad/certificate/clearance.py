@@ -18,8 +18,9 @@ import numpy as np
 
 from drake_quad.certificate.cells import FOOT, Cells, Pieces
 from drake_quad.certificate.enclosure import bernstein
+from drake_quad.certificate.ground import GroundBelow, TiedHeights
 from drake_quad.certificate.kinematics import Chain, Points
-from drake_quad.certificate.obstacles import ASIDE, CAP, LEVEL, Obstacles
+from drake_quad.certificate.obstacles import CAP, LEVEL, Obstacles
 from drake_quad.common import BoolArray, FloatArray, IntArray
 
 TILTED = 5e-3  # [m] from a slope within which a foot stands on it: its sphere dips into it
@@ -168,26 +169,6 @@ def enclose_foot_clearance(
     return clearance
 
 
-def find_ground(pieces: Pieces, obstacles: Obstacles, radius: float) -> IntArray:
-    """The box that each foot stands on, by pieces (P, 4); -1 of a foot in the air, or on a slope.
-
-    Args:
-        pieces: The plan.
-        obstacles: The course.
-        radius: Radius of the feet [m].
-    """
-    ground = np.full(pieces.standing.shape, -1)
-    piece, leg = np.nonzero(pieces.standing)
-    lowest = pieces.feet[piece, leg] - [0.0, 0.0, radius]
-    boxes = np.flatnonzero(~obstacles.face & (obstacles.axes[:, 2, 2] >= 1.0))
-    point, which = obstacles.may_be_near(lowest, np.full(len(lowest), ASIDE), boxes)
-    which = boxes[which]
-    level = np.abs(lowest[point, 2] - obstacles.top[which]) <= LEVEL
-    on = level & (obstacles.distance(lowest[point], which)[0] <= LEVEL)
-    ground[piece[point[on]], leg[point[on]]] = which[on]
-    return ground
-
-
 _HALVINGS = 24  # of a part of a shank, in search of its nearest point
 
 
@@ -209,7 +190,7 @@ def enclose_shank_clearance(
     best: FloatArray,
     tolerance: float,
     demand: float,
-    ground: IntArray | None = None,
+    ground: GroundBelow | None = None,
     run: float = 0.0,
     rise: float = 0.0,
 ) -> ShankClearance:
@@ -217,10 +198,7 @@ def enclose_shank_clearance(
 
     A shank is a chain of rounded parts, each as thick as the thicker of its ends.
 
-    A foot is as high as the tread that it stands on. Where that is higher by d, a point at the
-    share s of the way from knee to foot goes up by s d, and its distance falls by (1 - s) d. The
-    enclosures, which know nothing of this, take s d off for a foot that is lower. So (1 - 2 s) d
-    more is enough, and nothing for the lower half.
+    Nor can what is below a foot be higher than the foot: see `GroundBelow`.
 
     Args:
         cells: The cells (N,).
@@ -230,9 +208,9 @@ def enclose_shank_clearance(
         best: Least clearance known of each group [m]; made less where a smaller one is found.
         tolerance: How far below the least of the group bounds may be [m].
         demand: Demanded clearance [m]: bounds have to be good enough to show that it is met.
-        ground: The box that each foot stands on (N, 4), see `find_ground`.
+        ground: What each foot is on or above of; None if nothing is known of that.
         run: How far each box may be from its mapped place, along the ground [m].
-        rise: How much higher or lower it may be [m]; standing feet in `chain` may be, too.
+        rise: How much higher or lower it may be [m]; feet in `chain` may be, too.
     """
     N, own = len(cells.half), len(obstacles.top)  # with `own` added, a foot's own ground
     if run > 0.0 or rise > 0.0:
@@ -255,22 +233,25 @@ def enclose_shank_clearance(
     part = np.tile(np.arange(parts), int(near.sum()))
     ends = np.stack([low_end[leg, part], high_end[leg, part]])
     thick = thick[leg, part]
-    more = np.zeros((2, len(thick)))  # of the two ends of each part
+    below = np.zeros(len(thick), dtype=bool)
     if ground is not None and len(obstacles.top) > own:
-        stands = ground[cell, leg] == which
-        which = np.where(stands, which + own, which)
-        more = np.where(stands, rise * np.maximum(1.0 - 2.0 * ends[..., 1], 0.0), 0.0)
+        below = ground.box[cell, leg] == which
+        which = np.where(below, which + own, which)
     here = np.einsum("eks,ksi->eki", ends, chain.points.centre[cell, leg])
     distance, _ = obstacles.distance(0.5 * (here[0] + here[1]), which)
-    sample = distance - thick - more.max(axis=0)
+    sample = distance - thick
     low = sample - 0.5 * np.linalg.norm(here[1] - here[0], axis=-1) - moves[cell, leg]
+    low = low - np.where(below, rise, 0.0)
     low = np.where(np.isnan(low), -np.inf, low)
     np.minimum.at(best, group[cell], sample)
     wanted = np.maximum(best - tolerance, np.minimum(best, demand))
     fine = np.flatnonzero(low < np.minimum(wanted[group[cell]], CAP))
     points = chain.points.pick(cell[fine], leg[fine])
+    heights = None
+    if ground is not None:
+        heights = ground.heights(cell[fine], leg[fine], rise).only(below[fine])
     low[fine], sample[fine] = _refine(
-        points, ends[:, fine], obstacles, which[fine], thick[fine] + more[:, fine]
+        points, ends[:, fine], obstacles, which[fine], thick[fine], heights
     )
     np.minimum.at(best, group[cell], sample)
     np.minimum.at(clearance.sample, cell, sample)
@@ -286,11 +267,9 @@ def _refine(
     obstacles: Obstacles,
     which: IntArray,
     thick: FloatArray,
+    heights: TiedHeights | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Bounds and values of K parts of shanks from their nearest points in the middle of a cell.
-
-    `thick` (2, K) is the thickness of a part at its ends [m], linear in between.
-    """
+    """Bounds and values of K parts of shanks from their nearest points in the middle of a cell."""
     here = np.einsum("eks,ksi->eki", ends, points.centre)
     way = here[1] - here[0]
     count = len(which)
@@ -304,11 +283,12 @@ def _refine(
     for s in (a, b):
         distance, normal = obstacles.distance(here[0] + s[:, None] * way, which)
         bound = np.full(count, np.inf)
-        still = distance - thick[0] - s * (thick[1] - thick[0])
-        for end, at, by in zip(ends, (0.0, 1.0), thick, strict=True):
+        still = distance.copy()
+        for end, at in zip(ends, (0.0, 1.0), strict=True):
             leans = np.einsum("ki,ki->k", normal, way) * (at - s)
-            bound = np.minimum(bound, distance + leans - points.moves(end, normal) - by)
-            still = np.minimum(still, distance + leans - points.unsure(end, normal) - by)
-        low = np.fmax(low, bound)
-        sample = np.fmin(sample, still)
+            tied = 0.0 if heights is None else heights.correction(points, end, normal)
+            bound = np.minimum(bound, distance + leans - points.moves(end, normal) - tied)
+            still = np.minimum(still, distance + leans - points.unsure(end, normal) - tied)
+        low = np.fmax(low, bound - thick)
+        sample = np.fmin(sample, still - thick)
     return low, sample

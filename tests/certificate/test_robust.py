@@ -22,6 +22,7 @@ from drake_quad.certificate.robust import (
 from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.cli.runs import certificate_lines
 from drake_quad.common import GRAVITY, FloatArray
+from drake_quad.planning.clearance import shank_clearance
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.kinematics import (
     calc_com,
@@ -35,6 +36,7 @@ from drake_quad.robot.model import SHANK_POINTS
 from drake_quad.scenario.load import load_scenario, parse_scenario
 from drake_quad.simulation.plan_report import certify_plan, tolerances_of
 from drake_quad.simulation.prepare import prepare
+from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.stability.support_polygon import stability_margin
 
 NAMES = ("case_study", "descend", "spin_both_ways")
@@ -83,9 +85,24 @@ def from_box(points: FloatArray, middle: FloatArray, half: FloatArray) -> FloatA
     return np.asarray(np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + inside)
 
 
+def nearest_times(p: PreparedScenario, count: int) -> list[tuple[int, float]]:
+    """Task and time of so many moments at which a shank is planned to be nearest to the stairs."""
+    found = []
+    for task, plan in enumerate(p.plan.plans):
+        s = evaluate(p.robot, plan, np.arange(0.0, plan.duration, 0.05))
+        lane = p.course.lanes[p.tasks[task].lane]
+        room = shank_clearance(p.robot, lane, s.body[:, 0], s.feet, s.q).reshape(len(s.times), -1)
+        found += [
+            (float(r), task, float(t)) for r, t in zip(room.min(axis=1), s.times, strict=True)
+        ]
+    return [(task, time) for _, task, time in sorted(found)[:count]]
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_that_is_drawn_within_them_is_below_what_is_proven(name: str) -> None:
-    """Body, feet, masses and stairs are off by as much as is allowed, at 400 times.
+    """Body, feet, masses and stairs are off by as much as is allowed, at 1600 times.
+
+    Every second time is one of those at which a shank is planned to be nearest to the stairs.
 
     Margins, joints, torques on three feet, and shanks are computed without enclosures.
     The least of these is not far above what is proven, either: the proof does not give much away.
@@ -103,9 +120,14 @@ def test_nothing_that_is_drawn_within_them_is_below_what_is_proven(name: str) ->
         return size * rng.uniform(0.5, 1.0) * np.array([np.cos(angle), np.sin(angle)])
 
     boxes = [(box.centre, 0.5 * box.size) for box in p.course.boxes if box.yaw == 0.0]
-    for _ in range(400):
+    near = nearest_times(p, 60)
+    for k in range(1600):
         plan = p.plan.plans[rng.integers(len(p.plan.plans))]
-        s = evaluate(robot, plan, rng.uniform(0.0, plan.duration, 1))
+        time = float(rng.uniform(0.0, plan.duration))
+        if k % 2:
+            task, time = near[rng.integers(len(near))]
+            plan = p.plan.plans[task]
+        s = evaluate(robot, plan, np.array([time]))
         body, feet, standing = s.body[0, 0], s.feet[0].copy(), s.standing[0]
         for leg in range(4):
             if standing[leg]:
@@ -140,6 +162,11 @@ def test_nothing_that_is_drawn_within_them_is_below_what_is_proven(name: str) ->
         along = np.asarray(SHANK_POINTS)[:, None]
         for middle, half in boxes:
             for leg in range(4):
+                # No foot is in what it is above of, or dips deeper into what it stands on.
+                beside = np.abs(feet[leg] - middle - shift)[:2] - half[:2]
+                dips = middle[2] + shift[2] + half[2] - (feet[leg, 2] - robot.foot_radius)
+                if beside.max() < 0.0 and dips > (within.foot if standing[leg] else 0.0):
+                    continue
                 shank = (1.0 - along) * knees[leg] + along * feet[leg]
                 away = from_box(shank, middle + shift, half) - robot.shank_radii[leg]
                 least["shank_clearance"] = min(least["shank_clearance"], float(away.min()))
@@ -187,13 +214,15 @@ def test_feet_that_are_late_are_not_counted_on(name: str) -> None:
 
 def test_where_not_all_holds_the_greatest_share_is_told() -> None:
     """A twentieth more of the tolerances fails; what fails first within all is named."""
-    p, found = prepared("case_study"), proven("case_study")
+    p = prepared("case_study")
+    given = (p.robot, paper_shank(), p.plan.plans, p.course.boxes)
+    found = prove_within(*given, tolerances().scaled(2.0))
     assert 0.0 < found.share < 1.0 and found.failure is not None
-    assert "shank" in found.failure.reason and found.figures["shank_clearance"] >= 0.0
+    assert found.failure.reason and min(found.figures.values()) >= 0.0
     assert found.fails_at is not None
     assert found.fails_at == pytest.approx(found.share + 1.0 / STEPS)
     more = found.asked.scaled(found.fails_at)
-    again = prove_within(p.robot, paper_shank(), p.plan.plans, p.course.boxes, more)
+    again = prove_within(*given, more)
     assert again.share < 1.0 and again.failure is not None
 
 
