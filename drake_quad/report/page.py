@@ -323,9 +323,9 @@ def grade_run(run: RecordedRun) -> RunVerdict:
     sentence = ""
     if math.isfinite(lasted):
         sentence = f"{'Done after' if outcome == 'goal_reached' else 'After'} {lasted:.1f} s"
-        bands = log.bands()
-        if outcome != "goal_reached" and bands:
-            sentence += f" ({bands[-1].name or bands[-1].kind})"
+        named = [band.name or band.kind for band in log.bands() if band.name or band.kind]
+        if outcome != "goal_reached" and named:  # a robot that waits for a plan has no segment
+            sentence += f" ({named[-1]})"
         reason = str(run.summary.get("reason") or "").strip()
         if reason and outcome != "goal_reached":
             sentence += f": {reason.removeprefix(outcome).lstrip(': ')}"

@@ -246,18 +246,13 @@ class TransitionPlanner(LeafSystem):
                 reason = why_not(problem)
         if self._growth.back_down:
             try:
-                return self._retreat(context, known, revision, stance, reason)
+                return self._retreat(context, known, stance, reason)
             except DrakeQuadError as problem:
                 reason = f"{reason}; no way back: {why_not(problem)}"
         return self._stop(revision, stance, reason)
 
     def _retreat(
-        self,
-        context: Context,
-        known: KnownMission,
-        revision: MapRevision,
-        stance: Stance,
-        reason: str,
+        self, context: Context, known: KnownMission, stance: Stance, reason: str
     ) -> KnownMission:
         """The mission with the way back to where the robot started.
 
@@ -273,7 +268,7 @@ class TransitionPlanner(LeafSystem):
         if not tasks:
             raise PlanningError("the robot has not gone anywhere")
         return replace(
-            known, mission=(*known.mission, *tasks), revision=revision.number, goes_on=True,
+            known, mission=(*known.mission, *tasks), goes_on=True,
             retreat=tuple(walks[::-1]), reason=reason,
         )  # fmt: skip
 

@@ -230,6 +230,20 @@ def test_the_verdict_is_the_outcome(
     assert f"{run.log.t[-1]:.1f} s" in verdict.sentence
 
 
+def test_a_run_that_ends_as_it_waits_for_a_plan_is_told_by_its_last_segment(
+    run: RecordedRun,
+) -> None:
+    """Its last samples are of no segment."""
+    columns = {name: np.array(values) for name, values in run.log.columns.items()}
+    last = [band.name for band in run.log.bands() if band.name][-1]
+    for name in ("segment", "segment_kind"):
+        columns[name] = columns[name].astype(object)
+        columns[name][-3:] = ""
+    waits = dataclasses.replace(run, log=RunLog(columns))
+    sentence = grade_run(told(waits, outcome="stopped", reason="no way on")).sentence
+    assert f"s ({last}): no way on" in sentence
+
+
 def test_a_figure_beyond_its_bound_is_missed(run: RecordedRun) -> None:
     """Each bound is kept by a good run, and missed by one that breaks it; the others stay kept."""
     kept = {bound.name: bound.kept for bound in bounds(run) if bound.kept is not None}
