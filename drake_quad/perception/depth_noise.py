@@ -114,21 +114,30 @@ def smooth_field(
         kernel = np.exp(-0.5 * (x / sigma) ** 2)
         kernel /= kernel.sum()
         field = field / float((kernel**2).sum())
+    if skip == 1:
+        return np.asarray(field[: shape[0], : shape[1]])
     v = np.arange(shape[0]) / skip
     u = np.arange(shape[1]) / skip
     i, j = v.astype(int), u.astype(int)
     a, b = (v - i)[:, np.newaxis], (u - j)[np.newaxis, :]
     lines = (1 - b) * field[:, j] + b * field[:, j + 1]  # of the coarser grid, which has fewer
-    return np.asarray((1 - a) * lines[i] + a * lines[i + 1])
+    between, next_line = lines[i], lines[i + 1]
+    between *= 1 - a
+    next_line *= a
+    between += next_line
+    return np.asarray(between)
 
 
 def edges_of(disparity: FloatArray) -> BoolArray:
     """Which pixels lie at an edge: the disparity of a slanted plane has no second difference."""
-    bent = np.zeros_like(disparity)
-    bent[1:-1] = np.abs(disparity[2:] - 2.0 * disparity[1:-1] + disparity[:-2])
-    across = np.abs(disparity[:, 2:] - 2.0 * disparity[:, 1:-1] + disparity[:, :-2])
-    bent[:, 1:-1] = np.maximum(bent[:, 1:-1], across)
-    return np.asarray(bent > EDGE_JUMP)
+    twice, edge = 2.0 * disparity, np.zeros(disparity.shape, dtype=np.bool_)
+    bent = disparity[2:] - twice[1:-1]
+    bent += disparity[:-2]
+    edge[1:-1] = np.abs(bent, out=bent) > EDGE_JUMP
+    across = disparity[:, 2:] - twice[:, 1:-1]
+    across += disparity[:, :-2]
+    edge[:, 1:-1] |= np.abs(across, out=across) > EDGE_JUMP
+    return edge
 
 
 def shadowed(disparity: FloatArray) -> BoolArray:
