@@ -170,8 +170,7 @@ def _bound(
     shares = statics.shares
     put(SHARES, np.where(stands, shares.lower, 1.0), np.where(stands, shares.lower_here, 1.0))
     foot = enclose_foot_clearance(
-        pieces, cells, problem.obstacles, problem.footholds, robot.foot_radius,
-        within.swing + within.stairs,
+        pieces, cells, problem.obstacles, problem.footholds, robot.foot_radius, within
     )  # fmt: skip
     low[:, FOOT], sample[:, FOOT], where[:, FOOT] = foot.low, foot.sample, foot.obstacle
     low[:, GROUND], sample[:, GROUND] = foot.ground_low, foot.ground_sample

@@ -21,6 +21,7 @@ from drake_quad.certificate.enclosure import bernstein
 from drake_quad.certificate.ground import GroundBelow, TiedHeights
 from drake_quad.certificate.kinematics import Chain, Points
 from drake_quad.certificate.obstacles import CAP, LEVEL, Obstacles
+from drake_quad.certificate.tolerances import NONE, Tolerances
 from drake_quad.common import BoolArray, FloatArray, IntArray
 
 TILTED = 5e-3  # [m] from a slope within which a foot stands on it: its sphere dips into it
@@ -120,7 +121,7 @@ def enclose_foot_clearance(
     obstacles: Obstacles,
     footholds: Footholds,
     radius: float,
-    off: float = 0.0,
+    within: Tolerances = NONE,
 ) -> FootClearance:
     """The clearance of the swing feet's spheres over each cell.
 
@@ -130,9 +131,9 @@ def enclose_foot_clearance(
         obstacles: The course.
         footholds: Where the swings begin and end.
         radius: Radius of the feet [m].
-        off: Distance by which foot and course may be nearer to each other than planned [m]. It is
-            taken before it is asked what a foot owes, but for the edge of its own ground while the
-            foot is above that: it may come down there sooner or later than planned.
+        within: How far feet and course may be off. What that takes is taken before it is asked what
+            a foot owes, but for the edge of its own ground while the foot is above that: it may
+            come down there sooner or later than planned.
     """
     count = len(cells.half)
     clearance = FootClearance(
@@ -145,12 +146,14 @@ def enclose_foot_clearance(
     swinging = np.flatnonzero(pieces.swing[cells.piece] >= 0)
     at = cells.foot[swinging, :, 0]
     moves = np.abs(cells.foot[swinging, :, 1:]).sum(axis=(1, 2)) + radius + CAP
-    near, which = obstacles.may_be_near(at, moves)
-    distance, normal = obstacles.distance(at[near], which)
+    grown = obstacles.off_by(within.run, within.rise)
+    near, which = grown.may_be_near(at, moves)
+    distance, normal = grown.distance(at[near], which)
+    taken = within.swing + obstacles.distance(at[near], which)[0] - distance
     cell = swinging[near]
     powers = np.einsum("ki,kij->kj", normal, cells.foot[cell])
     powers[:, 0] = 0.0
-    sample = distance - radius - off
+    sample = distance - radius - within.swing
     low = sample + (powers @ _BERNSTEIN.T).min(axis=1)
     bottom = (cells.foot[:, 2] @ _BERNSTEIN.T).min(axis=1) - radius
     phase = pieces.phase[cells.piece[cell]]
@@ -159,7 +162,7 @@ def enclose_foot_clearance(
     np.minimum.at(clearance.ground_low, cell[own], (low - deepest)[own])
     np.minimum.at(clearance.ground_sample, cell[own], (sample - deepest)[own])
     above = rule.edge & (bottom[cell] >= obstacles.top[which] - LEVEL)
-    owed = half - np.where(above, off, 0.0)
+    owed = half - np.where(above, taken, 0.0)
     passed = np.where(sample < owed, sample, CAP)
     np.minimum.at(clearance.sample, cell[~own], passed[~own])
     bound = np.where(low < owed, low, CAP)

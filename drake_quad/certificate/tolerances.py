@@ -6,7 +6,6 @@ the enclosures of the plan (`certificate.enclosure.vary`), and all else follows 
 """
 
 from dataclasses import dataclass, fields
-from math import hypot
 
 
 @dataclass(frozen=True)
@@ -49,11 +48,6 @@ class Tolerances:
         return Tolerances(
             **{f.name: getattr(self, f.name) + getattr(others, f.name) for f in fields(self)}
         )
-
-    @property
-    def stairs(self) -> float:
-        """How far any point of the stairs may be from its mapped place [m]."""
-        return hypot(self.rise, self.run)
 
 
 NONE = Tolerances()
