@@ -27,14 +27,12 @@ from drake_quad.planning.body_sides import region_sides
 from drake_quad.planning.contact_plan import (
     SAMPLE_PERIOD,
     ContactPlan,
-    FootRoll,
-    roll_feet,
     sample_times,
     swing_times,
 )
 from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_arm
 from drake_quad.planning.limits_search import keep_limits
-from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.motion_plan import pose_robot, roll_along
 from drake_quad.planning.problem import KNOT, PlanSettings
 from drake_quad.planning.stance_margin import Footing
 from drake_quad.planning.zmp import (
@@ -52,7 +50,6 @@ from drake_quad.stability.support_polygon import stability_margins
 # Spacings for swings of at least CALMEST_SWING; for quicker ones they are as much closer.
 CALMEST_SWING = 1.2  # [s]
 LEAST_TEMPO = 0.2  # one very short swing is not to make a long plan's program large
-ROUNDED = 2e-9  # [s] by which sampled times may be off the switches that they are
 ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
 ROLLS = 3  # times at most that they are followed again
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
@@ -386,29 +383,3 @@ def _come_to_line(search: BodyPathOptimizer) -> None:
             best, path = off, search.control
     if path is not search.control:
         search.follow(path)
-
-
-def roll_along(
-    robot: RobotModel,
-    contacts: ContactPlan,
-    path: BodySpline,
-    times: FloatArray,
-    begin: FloatArray,
-) -> ContactPlan:
-    """The contacts, with feet that roll as they do along a path.
-
-    Args:
-        robot: The robot.
-        contacts: Who stands where, when; how its feet rolled along another path is a beginning.
-        path: The body's path.
-        times: Times at which it is sampled, every lift-off and touchdown among them (N,) [s].
-        begin: How far they have rolled before (4, 2) [m].
-    """
-    body = path.samples(times)[:, 0]
-    feet, _ = contacts.feet_at(times)
-    _, standing = contacts.feet_at(times + ROUNDED)  # a switch belongs to what follows it
-    standing[-1] = True  # also where a plan ends as a foot touches down
-    q, _, _ = pose_robot(robot, body, feet)
-    roll = roll_feet(robot, times, body, q, standing, begin)
-    fewer = sample_times(contacts, path.knot)  # a certificate's pieces end at each
-    return contacts.rolled(FootRoll(fewer, roll.at(fewer)))

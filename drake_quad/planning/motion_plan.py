@@ -15,7 +15,7 @@ from drake_quad.math.curves import (
     sample_body,
 )
 from drake_quad.math.rotations import rotations
-from drake_quad.planning.contact_plan import ContactPlan
+from drake_quad.planning.contact_plan import ContactPlan, FootRoll, roll_feet, sample_times
 from drake_quad.planning.phase_table import phase_table, sample_feet
 from drake_quad.robot.kinematics import constants, pose
 from drake_quad.robot.model import RobotModel
@@ -23,6 +23,7 @@ from drake_quad.stability.margin_kinds import HULL
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course
 
+ROUNDED = 2e-9  # [s] by which sampled times may be off the switches that they are
 SEGMENT_KINDS = ("stand", "transition", "wave", "trot", "spin")
 
 
@@ -246,6 +247,32 @@ def pose_robot(
     """
     # Copies: kernels are compiled anew for arrays that are read-only.
     return pose(*constants(robot), np.array(body, order="C"), np.array(feet, order="C"))
+
+
+def roll_along(
+    robot: RobotModel,
+    contacts: ContactPlan,
+    path: BodySpline,
+    times: FloatArray,
+    begin: FloatArray,
+) -> ContactPlan:
+    """The contacts, with feet that roll as they do along a path.
+
+    Args:
+        robot: The robot.
+        contacts: Who stands where, when; how its feet rolled along another path is a beginning.
+        path: The body's path.
+        times: Times at which it is sampled, every lift-off and touchdown among them (N,) [s].
+        begin: How far they have rolled before (4, 2) [m].
+    """
+    body = path.samples(times)[:, 0]
+    feet, _ = contacts.feet_at(times)
+    _, standing = contacts.feet_at(times + ROUNDED)  # a switch belongs to what follows it
+    standing[-1] = True  # also where a plan ends as a foot touches down
+    q, _, _ = pose_robot(robot, body, feet)
+    roll = roll_feet(robot, times, body, q, standing, begin)
+    fewer = sample_times(contacts, path.knot)  # a certificate's pieces end at each
+    return contacts.rolled(FootRoll(fewer, roll.at(fewer)))
 
 
 def evaluate(robot: RobotModel, plan: MotionPlan, times: FloatArray) -> PlanSamples:

@@ -13,11 +13,10 @@ import numpy as np
 
 from drake_quad.errors import PlanningError
 from drake_quad.math.curves import BodySpline
-from drake_quad.planning.body_path import roll_along
 from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import check_lift_offs, check_plan, check_slopes, check_torques
-from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
+from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate, roll_along
 from drake_quad.planning.plan_job import PlanJob
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.remaining_plan import find_lane

@@ -11,12 +11,8 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import (
-    Diagram,
-    DiagramBuilder,
-    InputPort,
-    OutputPort,
-    PortDataType,
-)
+    Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType,
+)  # fmt: skip
 from pydrake.systems.primitives import Gain
 
 from drake_quad.common import FloatArray
@@ -43,10 +39,7 @@ from drake_quad.simulation.instruments import (
     find_signal,
     velocities_at_rest,
 )
-from drake_quad.simulation.plant import (
-    AddSimulatedPlant,
-    feedforward_strength,
-)
+from drake_quad.simulation.plant import AddSimulatedPlant, feedforward_strength
 from drake_quad.simulation.prepared import PreparedScenario
 from drake_quad.stability.margin_kinds import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking

@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import quintic
 from drake_quad.planning import body_path as body_search
-from drake_quad.planning.body_path import roll_along
 from drake_quad.planning.contact_plan import (
     LET_GO,
     SAMPLE_PERIOD,
@@ -21,7 +20,7 @@ from drake_quad.planning.contact_plan import (
     sample_times,
 )
 from drake_quad.planning.mission import initial_stance
-from drake_quad.planning.motion_plan import MotionPlan, evaluate
+from drake_quad.planning.motion_plan import MotionPlan, evaluate, roll_along
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.task import plan_task
 from drake_quad.robot.kinematics import calc_feet, calc_knees
