@@ -10,10 +10,9 @@ from drake_quad.errors import DrakeQuadError
 from drake_quad.gait.swing import Swing, plan_swing
 from drake_quad.gait.transition import Transition
 from drake_quad.math.curves import BodySpline, knot_count
-from drake_quad.planning.body_path import roll_along
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, Step, sample_times
 from drake_quad.planning.mission import initial_stance, plan_mission
-from drake_quad.planning.motion_plan import MotionPlan, Segment
+from drake_quad.planning.motion_plan import MotionPlan, Segment, roll_along
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import LegGeometry, RobotModel, ShankProfile

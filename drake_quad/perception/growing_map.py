@@ -231,8 +231,8 @@ def grow_map(
     if len(feet):  # by so much the offset is not that of the treads ahead
         wider = np.hypot(found.height_errors, feet_apart(known, feet))
         found = found._replace(height_errors=wider)
-    complete, count = sees_end(belief, level), found.first + len(found.places)
-    if complete and count < len(known.places):
+    end_seen, count = sees_end(belief, level), found.first + len(found.places)
+    if end_seen and count < len(known.places):
         raise PlanningError(
             f"what is seen contradicts the map: the flight ends after {count} steps, and "
             f"{len(known.places)} were seen"
@@ -257,9 +257,14 @@ def grow_map(
     steps = np.diff(np.concatenate([[known.floor], heights]))
     if np.any(steps <= 0.0) or np.any(np.diff(places) <= 0.0):
         raise PlanningError("what is seen contradicts the map: steps would be in no order")
+    width = _width(known, belief, level, lateral=lateral, reach=reach)
+    doubt = ""
+    if end_seen:
+        worst = float(place_errors[found.first + found.below :].max(initial=0.0))
+        doubt = _doubt(worst, max(width, beyond), known.turning_space if back else 0.0)
+    complete = end_seen and not doubt
     elements = lay_flight(
-        places, heights, floor=known.floor, run=known.run,
-        width=_width(known, belief, level, lateral=lateral, reach=reach), beyond=beyond,
+        places, heights, floor=known.floor, run=known.run, width=width, beyond=beyond,
         landing=landing if complete else None, reach=reach, is_open=bool(flight.open),
         overhang=flight.overhang,
     )  # fmt: skip
@@ -273,9 +278,28 @@ def grow_map(
         error_place=float(place_errors.max()),
         error_height=float(height_errors.max()),
         complete=complete,
+        doubt=doubt,
         seen_in=tuple(seen_in),
     )
     return trust(grown, reach=reach, yaw_sigma=0.0)
+
+
+def _doubt(error_place: float, width: float, turning: float) -> str:
+    """Why a flight that was seen to its end is not planned to its end yet; empty if it may be.
+
+    Args:
+        error_place: Half of the widest 95 % interval of the places of nosings ahead [m].
+        width: Width of the landing, as far as it is seen [m].
+        turning: Width that the robot needs to turn on it; 0 if it does not turn [m].
+    """
+    if error_place > TRUSTED_PLACE:
+        return (
+            f"the last steps are known to {1e3 * error_place:.0f} mm, and "
+            f"{1e3 * TRUSTED_PLACE:.0f} mm are wanted"
+        )
+    if width < turning:
+        return f"{width:.2f} m of the landing are seen, and {turning:.2f} m are wanted to turn on"
+    return ""
 
 
 def _width(

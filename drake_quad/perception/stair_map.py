@@ -46,6 +46,7 @@ class StairMap:
         complete: Whether all of the flight was seen, and the landing; else the map ends with the
             last tread that was.
         trusted: How many of the first nosings are known well enough to be planned on.
+        doubt: Why a flight that was seen to its end is not complete all the same; else empty.
         seen_in: Number of the look that told each nosing, (n,).
     """
 
@@ -63,6 +64,7 @@ class StairMap:
     run: float = 0.0
     complete: bool = True
     trusted: int = 0
+    doubt: str = ""
     seen_in: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
@@ -153,6 +155,7 @@ def make_stair_map(
     reach: float,
     turning_space: float = TURNING_SPACE,
     to_its_end: bool = True,
+    most_off: float = np.inf,
 ) -> StairMap:
     """The map of the flight up that was seen.
 
@@ -169,6 +172,8 @@ def make_stair_map(
         turning_space: Length and width of the smallest landing that the robot may turn on [m].
         to_its_end: Whether all of the flight has to have been seen; if not, the map may be one of
             its first steps.
+        most_off: Half of the widest 95 % interval of a place with which the map of a whole flight
+            is whole [m]: where it is wider, feet could not be put down by it.
 
     Raises:
         PlanningError: There is nothing to climb, or not all of the flight was seen.
@@ -177,7 +182,9 @@ def make_stair_map(
         raise PlanningError("no stairs are seen")
     if not belief.going_up:
         raise PlanningError("what is seen leads down, and a map of it is not made")
-    complete = not belief.passed and sees_end(belief, level)
+    aside_sigma = reach * belief.sigma("yaw")
+    error_place = float(NORMAL_95 * np.hypot(belief.place_sigmas, aside_sigma).max())
+    complete = not belief.passed and sees_end(belief, level) and error_place <= most_off
     if to_its_end and not complete:
         raise PlanningError("how many steps there are is not known: not all of them are seen")
     if level is not None and level.below_view:
@@ -193,7 +200,6 @@ def make_stair_map(
     overhang = None
     if belief.overhang > max(LEAST_OVERHANG, belief.estimate("overhang").half_width):
         overhang = belief.overhang
-    aside_sigma = reach * belief.sigma("yaw")
     return StairMap(
         elements=lay_flight(
             places, np.array(belief.heights[1:]), floor=floor, run=belief.run, width=width,
@@ -207,7 +213,7 @@ def make_stair_map(
         heights=np.array(belief.heights[1:]),
         place_errors=NORMAL_95 * belief.place_sigmas,
         height_errors=NORMAL_95 * belief.height_sigmas[1:],
-        error_place=float(NORMAL_95 * np.hypot(belief.place_sigmas, aside_sigma).max()),
+        error_place=error_place,
         error_height=float(NORMAL_95 * belief.height_sigmas[1:].max()),
         turning_space=turning_space,
         run=belief.run,

@@ -190,7 +190,7 @@ def _to_a_look(
     if fair is not None:
         return fair
     raise PlanningError(
-        "how many steps there are is not known, and of the "
+        f"{found.doubt or 'how many steps there are is not known'}, and of the "
         f"{found.trusted} that are known well enough there is none to stop on from which more "
         f"would be seen{reason}"
     )

@@ -11,7 +11,11 @@ import numpy as np
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import (
-    Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType,
+    Diagram,
+    DiagramBuilder,
+    InputPort,
+    OutputPort,
+    PortDataType,
 )  # fmt: skip
 from pydrake.systems.primitives import Gain
 

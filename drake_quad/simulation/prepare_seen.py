@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.perception.growing_map import trust
+from drake_quad.perception.growing_map import TRUSTED_PLACE, trust
 from drake_quad.perception.sight import Sight
 from drake_quad.perception.stair_map import StairMap, describe_belief, lay_map, make_stair_map
 from drake_quad.planning.clearance import check_shanks
@@ -64,7 +64,7 @@ def floor_underfoot(scenario: Scenario, *, foot_radius: float) -> Course:
 
 
 def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> StairMap:
-    """The map of what was seen: of a flight whose end was not, its first steps.
+    """The map of what was seen: of a flight whose end is not known, or not well, its first steps.
 
     Args:
         scenario: The scenario, of whose course the robot is told only whether it is to come back.
@@ -85,6 +85,7 @@ def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> S
         reach=reach,
         turning_space=least_turning_space(blind.robot),
         to_its_end=False,
+        most_off=TRUSTED_PLACE,
     )
     if found.complete:
         return replace(found, elements=(*found.elements, *way_back(scenario)))

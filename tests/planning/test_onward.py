@@ -95,8 +95,12 @@ def test_where_what_is_seen_runs_out_it_says_so() -> None:
     """A robot that is as far up as it may go, and knows no more, has no way on."""
     known, found = first_map(8), onward_on(8)
     plan = plan_mission(paper_robot(), found.course, found.settings, found.tasks, standing(known))
-    with pytest.raises(PlanningError, match="how many steps there are is not known"):
-        plan_onward(paper_robot(), gait(), known, plan.plans[-1].end, eyes(), lift_off_margin=0.02)
+    for doubt in ("", "0.84 m of the landing are seen"):
+        with pytest.raises(PlanningError, match=doubt or "how many steps there are is not known"):
+            plan_onward(
+                paper_robot(), gait(), replace(known, doubt=doubt), plan.plans[-1].end, eyes(),
+                lift_off_margin=0.02,
+            )  # fmt: skip
 
 
 def test_errors_of_the_map_are_allowed_for() -> None:

@@ -24,8 +24,10 @@ FIRST = MapRevision(0, 0.9, flight(0, 5), NOT_SEEN, first_map())
 class Keeper:
     """A map keeper in a simulator of its own; its robot walks in task 1 and then looks."""
 
-    def __init__(self) -> None:
-        settings = MapSettings(landing=2.0, reach=0.4, foot_radius=0.02, back=(Element("return"),))
+    def __init__(self, landing: float = 2.0) -> None:
+        settings = MapSettings(
+            landing=landing, reach=0.4, foot_radius=0.02, back=(Element("return"),)
+        )
         self.system = MapKeeper(first=FIRST, settings=settings)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
@@ -62,10 +64,11 @@ class Keeper:
 
 
 def looked_again(
-    belief: StairBelief | None, level: Level = NOT_SEEN, *, stamp: float = 1.8
-) -> tuple[Keeper, MapRevision]:
+    belief: StairBelief | None, level: Level = NOT_SEEN, *, stamp: float = 1.8,
+    landing: float = 2.0,
+) -> tuple[Keeper, MapRevision]:  # fmt: skip
     """A keeper whose robot has walked, and looked from 1 s to 2 s."""
-    keeper = Keeper()
+    keeper = Keeper(landing)
     keeper.run(1.0)
     keeper.task(LOOK)
     keeper.run(1.1)
@@ -130,9 +133,8 @@ def test_what_contradicts_the_map_leaves_it_and_says_why() -> None:
 
 
 def test_a_map_that_is_no_course_is_not_taken_over() -> None:
-    """A landing too narrow to turn back on: the revision has the map of before, and a reason."""
-    belief = replace(flight(3, 4, most=4), right=-0.42, left=0.42)
-    keeper, newest = looked_again(belief, Level(2.0, ends_flight=True, right=-0.42, left=0.42))
+    """A landing too short to turn back on: the revision has the map of before, and a reason."""
+    keeper, newest = looked_again(flight(3, 4, most=4), DEEP, landing=1.2)
     assert newest.number == 1 and newest.map is FIRST.map
     assert "too small to turn back on" in newest.reason and not keeper.looking
 
