@@ -260,8 +260,7 @@ def grow_map(
     width = _width(known, belief, level, lateral=lateral, reach=reach)
     doubt = ""
     if end_seen:
-        worst = float(place_errors[found.first + found.below :].max(initial=0.0))
-        doubt = _doubt(worst, max(width, beyond), known.turning_space if back else 0.0)
+        doubt = _doubt(max(width, beyond), known.turning_space if back else 0.0)
     complete = end_seen and not doubt
     elements = lay_flight(
         places, heights, floor=known.floor, run=known.run, width=width, beyond=beyond,
@@ -284,19 +283,13 @@ def grow_map(
     return trust(grown, reach=reach, yaw_sigma=0.0)
 
 
-def _doubt(error_place: float, width: float, turning: float) -> str:
+def _doubt(width: float, turning: float) -> str:
     """Why a flight that was seen to its end is not planned to its end yet; empty if it may be.
 
     Args:
-        error_place: Half of the widest 95 % interval of the places of nosings ahead [m].
         width: Width of the landing, as far as it is seen [m].
         turning: Width that the robot needs to turn on it; 0 if it does not turn [m].
     """
-    if error_place > TRUSTED_PLACE:
-        return (
-            f"the last steps are known to {1e3 * error_place:.0f} mm, and "
-            f"{1e3 * TRUSTED_PLACE:.0f} mm are wanted"
-        )
     if width < turning:
         return f"{width:.2f} m of the landing are seen, and {turning:.2f} m are wanted to turn on"
     return ""

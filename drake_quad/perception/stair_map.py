@@ -8,7 +8,7 @@ level beyond the last nosing where that is farther than it was seen.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -155,7 +155,6 @@ def make_stair_map(
     reach: float,
     turning_space: float = TURNING_SPACE,
     to_its_end: bool = True,
-    most_off: float = np.inf,
 ) -> StairMap:
     """The map of the flight up that was seen.
 
@@ -172,8 +171,6 @@ def make_stair_map(
         turning_space: Length and width of the smallest landing that the robot may turn on [m].
         to_its_end: Whether all of the flight has to have been seen; if not, the map may be one of
             its first steps.
-        most_off: Half of the widest 95 % interval of a place with which the map of a whole flight
-            is whole [m]: where it is wider, feet could not be put down by it.
 
     Raises:
         PlanningError: There is nothing to climb, or not all of the flight was seen.
@@ -184,7 +181,7 @@ def make_stair_map(
         raise PlanningError("what is seen leads down, and a map of it is not made")
     aside_sigma = reach * belief.sigma("yaw")
     error_place = float(NORMAL_95 * np.hypot(belief.place_sigmas, aside_sigma).max())
-    complete = not belief.passed and sees_end(belief, level) and error_place <= most_off
+    complete = not belief.passed and sees_end(belief, level)
     if to_its_end and not complete:
         raise PlanningError("how many steps there are is not known: not all of them are seen")
     if level is not None and level.below_view:
@@ -221,6 +218,18 @@ def make_stair_map(
         trusted=len(places),
         seen_in=(0,) * len(places),
     )  # fmt: skip
+
+
+def unfinished(found: StairMap, doubt: str) -> StairMap:
+    """The map of a whole flight as one of its first steps, to be looked at again from nearer.
+
+    Args:
+        found: The map.
+        doubt: Why it is not planned on to its end.
+    """
+    floor, stairs, landing, *_ = found.elements
+    elements = (floor, stairs, replace(landing, length=STUB))
+    return replace(found, elements=elements, complete=False, doubt=doubt)
 
 
 def sees_end(belief: StairBelief, level: Level | None) -> bool:

@@ -131,11 +131,11 @@ def find_stairs(
             continue
         tried += 1
         for begin in (fit, halved(thin, fit, priors)):
-            found = settle(frame, begin, priors)
+            found = settle(frame, begin, priors, even=least > 2)
             best, best_support = _better(frame, priors, found, best, best_support)
     if best is not None and best.fit.shape.up:  # where risers are grazed, either may come first
         other = replace(best.fit.shape, is_open=not best.fit.shape.is_open)
-        found = settle(frame, replace(best.fit, shape=other), priors)
+        found = settle(frame, replace(best.fit, shape=other), priors, even=least > 2)
         best, _ = _better(frame, priors, found, best, best_support)
     if best is not None and best.fit.shape.up and best.fit.shape.steps < least:
         return None
@@ -263,13 +263,17 @@ def _best_cells(costs: FloatArray, most: int) -> list[tuple[int, int, int]]:
     return found
 
 
-def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> FoundStairs | None:
+def settle(
+    frame: DepthFrame, fit: StairFit | None, priors: StairPriors, *, even: bool = True
+) -> FoundStairs | None:
     """Takes away steps that nothing speaks for, and adds those that pixels do speak for.
 
     Args:
         frame: The image.
         fit: A fit near the truth; None is none.
         priors: What is known before.
+        even: Whether a step unlike those before it is not of the same flight. Where a flight is
+            known to be there, a step below the image may be told anyhow: the map has it better.
 
     Returns:
         The stairs; None if fewer than two steps are left.
@@ -304,7 +308,7 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
     final = fit_stairs(inner, held.shape, held.theta, priors, FINE)
     while final is not None and final.shape.steps >= 2:
         inner = crop(frame, final, width)  # a step's yaw may have changed what is within it
-        n, whole = final.shape.steps, _sound_steps(inner, final, priors)
+        n, whole = final.shape.steps, _sound_steps(inner, final, priors, even)
         if whole == n:
             break
         # What lies beyond a step that nothing speaks for is not known to be the same flight.
@@ -319,13 +323,13 @@ def settle(frame: DepthFrame, fit: StairFit | None, priors: StairPriors) -> Foun
     return FoundStairs(final, at_most, width[0], width[1])
 
 
-def _sound_steps(frame: DepthFrame, fit: StairFit, priors: StairPriors) -> int:
+def _sound_steps(frame: DepthFrame, fit: StairFit, priors: StairPriors, even: bool) -> int:
     """How many of the first steps are a flight: seen, alike, and no wall."""
     table, _ = count_evidence(frame, fit, priors)
     n = fit.shape.steps
     whole = next((i for i in range(n) if not supported(table, i + 1, fit)), n)
     wall = wall_from(frame, fit, priors)
-    return min(whole, alike_steps(fit), n if wall is None else wall - 1)
+    return min(whole, alike_steps(fit) if even else n, n if wall is None else wall - 1)
 
 
 def alike_steps(fit: StairFit) -> int:

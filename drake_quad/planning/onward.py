@@ -5,6 +5,7 @@ on a tread from which steps that the map has are in view again: from one of them
 more. Of the treads with such a view it takes the one farthest up that its gait ends on.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, hypot
 
@@ -14,8 +15,8 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
 from drake_quad.math.rotations import rotations
 from drake_quad.perception.camera_model import CameraModel
-from drake_quad.perception.growing_map import nosings_in_view
-from drake_quad.perception.stair_map import StairMap
+from drake_quad.perception.growing_map import nosings_in_view, trust
+from drake_quad.perception.stair_map import StairMap, unfinished
 from drake_quad.perception.stair_tracker import CameraPose
 from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.mission import (
@@ -142,9 +143,37 @@ def plan_onward(
     settings = with_map_errors(settings, found)
     if found.complete:
         tasks = derive_mission(course, settings)[1:]
-        _, pace = _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
-        return Onward(course, pace, tasks, goes_on=False)
+        plans, pace = _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
+        doubt = doubtful_foothold(found, course, plans)
+        if not doubt:
+            return Onward(course, pace, tasks, goes_on=False)
+        found = trust(unfinished(found, doubt), reach=0.0, yaw_sigma=0.0)
+        course = found.course(foot_radius=robot.foot_radius)
     return _to_a_look(robot, course, settings, found, stance, eyes, lift_off_margin=lift_off_margin)
+
+
+def doubtful_foothold(found: StairMap, course: Course, plans: Sequence[MotionPlan]) -> str:
+    """Which foothold may be over the edge of its step, as well as that is known; empty if none.
+
+    Args:
+        found: The map.
+        course: The same as a course.
+        plans: Plans on it.
+    """
+    turned = np.sqrt(max(found.error_place**2 - float(found.place_errors.max()) ** 2, 0.0))
+    errors = np.hypot(found.place_errors, turned)
+    steps = [step for plan in plans for step in plan.contacts.steps]
+    s = course.lanes[0].coordinates(np.array([step.swing.p_end for step in steps]))[0]
+    on = np.searchsorted(found.places, s) - 1  # the step that each foot is on, -1 for the floor
+    room = np.where(on >= 0, s - found.places[on] - errors[on], np.inf)
+    k = int(np.argmin(room))
+    if room[k] >= 0.0:
+        return ""
+    return (
+        f"the nosing of step {int(on[k]) + 1} is known to {1e3 * errors[on[k]]:.0f} mm, and foot "
+        f"{steps[k].leg.short} would be put down {1e3 * (s[k] - found.places[on[k]]):.0f} mm "
+        "behind it"
+    )
 
 
 def _to_a_look(
@@ -181,7 +210,9 @@ def _to_a_look(
             reason = reason or f"; {problem.reason}"
             continue
         in_view = len(nosings_in_view(found, eyes.model, eyes.pose(plans[-1].end.body)))
-        if in_view < LEAST_VIEW or _farthest(lane, plans[0]) >= known:
+        # Behind the last nosing of a flight there is no further step that would be seen.
+        least = GOOD_VIEW if found.doubt else LEAST_VIEW
+        if in_view < least or _farthest(lane, plans[0]) >= known:
             continue
         stretch = Onward(course, pace, tasks, goes_on=True)
         if in_view >= GOOD_VIEW:

@@ -135,8 +135,9 @@ def plan_retreat(
     for k, walk in enumerate(reversed(walks)):
         index = first_index + k
         plan = plan_backwards(robot, course, settings, walk, stance, index=index)
-        lane = course.lanes.index(find_lane(course, walk, robot.foot_radius))
-        goal = float(course.lanes[lane].coordinates(plan.end.body[:2])[0])
+        own = find_lane(course, walk, robot.foot_radius)
+        lane = next(k for k, other in enumerate(course.lanes) if other is own)
+        goal = float(own.coordinates(plan.end.body[:2])[0])
         task = Task(kind="walk", name=BACK_DOWN, lane=lane, goal=goal)
         samples = check_plan(robot, plan, dynamic=settings.dynamic)
         check_lift_offs(plan, samples, lift_off_margin)

@@ -11,12 +11,23 @@ from dataclasses import replace
 import numpy as np
 
 from drake_quad.gait_design.designer import design_scenario
-from drake_quad.perception.growing_map import TRUSTED_PLACE, trust
+from drake_quad.perception.growing_map import trust
 from drake_quad.perception.sight import Sight
-from drake_quad.perception.stair_map import StairMap, describe_belief, lay_map, make_stair_map
+from drake_quad.perception.stair_map import (
+    StairMap,
+    describe_belief,
+    lay_map,
+    make_stair_map,
+    unfinished,
+)
 from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.mission import check_mission, plan_mission
-from drake_quad.planning.onward import plan_onward, round_up, with_map_errors
+from drake_quad.planning.onward import (
+    doubtful_foothold,
+    plan_onward,
+    round_up,
+    with_map_errors,
+)
 from drake_quad.planning.problem import Task, derive_mission
 from drake_quad.planning.turning_room import check_turning_width, least_turning_space
 from drake_quad.robot.model import RobotModel
@@ -64,7 +75,7 @@ def floor_underfoot(scenario: Scenario, *, foot_radius: float) -> Course:
 
 
 def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> StairMap:
-    """The map of what was seen: of a flight whose end is not known, or not well, its first steps.
+    """The map of what was seen: of a flight whose end was not, its first steps.
 
     Args:
         scenario: The scenario, of whose course the robot is told only whether it is to come back.
@@ -85,7 +96,6 @@ def map_of_sight(scenario: Scenario, sight: Sight, blind: PreparedScenario) -> S
         reach=reach,
         turning_space=least_turning_space(blind.robot),
         to_its_end=False,
-        most_off=TRUSTED_PLACE,
     )
     if found.complete:
         return replace(found, elements=(*found.elements, *way_back(scenario)))
@@ -165,6 +175,14 @@ def plan_on_sight(
         check_shanks(robot, course, task, sampled)
         if task.kind == "spin":
             check_turning_width(robot, motion, course.lanes[task.lane])
+    doubt = doubtful_foothold(found, course, plan.plans)
+    if doubt:
+        assert sight.belief is not None
+        first_steps = trust(
+            unfinished(found, doubt), reach=reach_of(blind.settings),
+            yaw_sigma=sight.belief.sigma("yaw"),
+        )  # fmt: skip
+        return _plan_first_steps(scenario, blind, sight, first_steps, source=source)
     return replace(
         blind,
         scenario=with_gait(scenario, told),

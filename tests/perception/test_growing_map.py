@@ -92,10 +92,7 @@ def test_a_seen_end_completes_the_map() -> None:
 
 
 def test_an_end_that_is_not_seen_well_enough_does_not_complete_the_map() -> None:
-    """Last steps known to more than 25 mm, or a landing seen too narrow to turn on, and why."""
-    vague = grown(first_map(), flight(3, 4, sigma=0.014, most=4), DEEP)
-    assert not vague.complete and "known to 27 mm" in vague.doubt
-    assert [element.kind for element in vague.elements] == ["floor", "stairs", "landing"]
+    """A landing seen too narrow to turn on; the map says so. One way it will do."""
     narrow = replace(flight(3, 4, most=4), right=-0.42, left=0.42)
     level = Level(2.0, ends_flight=True, right=-0.42, left=0.42)
     seen = grown(first_map(), narrow, level)
@@ -103,19 +100,6 @@ def test_an_end_that_is_not_seen_well_enough_does_not_complete_the_map() -> None
     assert seen.doubt == "0.84 m of the landing are seen, and 1.50 m are wanted to turn on"
     one_way = grow_map(first_map(), narrow, level, feet=FEET, landing=2.0, reach=0.4, look=1)
     assert one_way.complete and not one_way.doubt
-
-
-def test_a_whole_flight_that_is_known_badly_is_mapped_by_its_first_steps() -> None:
-    """From the floor its last nosing is known to 59 mm: the map is whole only if that will do."""
-    seen = flight(0, 5, most=5)
-    covariance = np.array(seen.covariance)
-    covariance[4, 4] = 0.03**2
-    for most_off, whole in ((0.025, False), (0.065, True)):
-        found = make_stair_map(
-            replace(seen, covariance=covariance), DEEP, standing=np.array([1.0, 0.0]), floor=0.0,
-            behind=1.0, landing=2.0, reach=0.4, to_its_end=False, most_off=most_off,
-        )  # fmt: skip
-        assert found.complete is whole
 
 
 @pytest.mark.parametrize("higher", [-0.02, 0.005, 0.03])

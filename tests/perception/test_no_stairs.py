@@ -109,3 +109,11 @@ def test_clutter_is_no_stairs(camera: Camera) -> None:
     for seed in range(12):
         scene = draw_scene("none", np.random.default_rng([77, seed]))
         assert search(scene.boxes, camera, seed) is None
+
+
+def test_on_a_known_flight_steps_may_be_unlike_each_other() -> None:
+    """A third step 80 mm higher than the others is told there; elsewhere it is no step."""
+    boxes = build_boxes(0.8 + 0.29 * np.arange(3), np.array([0.0, 0.12, 0.24, 0.44]))
+    known = search(boxes, HIGH, least=2)
+    assert known is not None and known.fit.shape.steps == 3
+    assert search(boxes, HIGH, least=3) is None

@@ -11,7 +11,7 @@ from rig import paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.perception.growing_map import grow_map, nosings_in_view
-from drake_quad.perception.stair_map import StairMap
+from drake_quad.perception.stair_map import StairMap, unfinished
 from drake_quad.planning import onward as onward_module
 from drake_quad.planning.mission import plan_mission
 from drake_quad.planning.onward import (
@@ -19,6 +19,7 @@ from drake_quad.planning.onward import (
     LOOK_AGAIN,
     SHANK_ROOM,
     Onward,
+    doubtful_foothold,
     plan_onward,
     with_map_errors,
 )
@@ -146,3 +147,31 @@ def test_shanks_keep_farther_from_stairs_that_are_known_less_well() -> None:
     assert with_map_errors(gait(), known).shank_room == pytest.approx(0.05 + SHANK_ROOM)
     wide = replace(gait(), shank_room=0.2)
     assert with_map_errors(wide, known).shank_room == 0.2
+
+
+def test_a_nosing_that_is_not_known_well_enough_for_a_foot_is_looked_at_again() -> None:
+    """Of a whole flight whose last nosing is known to 0.2 m: to a place where two are seen."""
+    known = grow_map(
+        first_map(), flight(3, 4, most=4), DEEP, feet=np.zeros((0, 3)), landing=3.0, reach=0.4,
+        look=1,
+    )  # fmt: skip
+    assert not onward(known).goes_on
+    errors = np.array(known.place_errors)
+    errors[-1] = 0.2
+    vague = replace(known, place_errors=errors, error_place=0.2)
+    whole = onward(known)
+    plans = plan_mission(
+        paper_robot(), whole.course, whole.settings, whole.tasks, standing(known)
+    ).plans
+    assert doubtful_foothold(known, whole.course, plans) == ""
+    assert "nosing of step 7 is known to 200 mm" in doubtful_foothold(vague, whole.course, plans)
+    first_steps = unfinished(known, "a doubt")
+    assert not first_steps.complete and first_steps.doubt == "a doubt"
+    assert [element.kind for element in first_steps.elements] == ["floor", "stairs", "landing"]
+    found = onward(replace(first_steps, trusted=6))
+    camera = eyes().pose(
+        plan_mission(paper_robot(), found.course, found.settings, found.tasks, standing(known))
+        .plans[-1]
+        .end.body
+    )
+    assert found.goes_on and len(nosings_in_view(known, eyes().model, camera)) >= GOOD_VIEW
