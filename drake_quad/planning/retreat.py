@@ -17,7 +17,7 @@ from drake_quad.planning.clearance import check_shanks
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import check_lift_offs, check_plan, check_slopes, check_torques
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate, roll_along
-from drake_quad.planning.plan_job import PlanJob
+from drake_quad.planning.plan_job import TaskJob
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.remaining_plan import find_lane
 from drake_quad.planning.stance_margin import slopes_of
@@ -29,23 +29,14 @@ BACK_DOWN = "back down"
 
 
 @dataclass(frozen=True, eq=False)
-class RetreatJob(PlanJob):
-    """A walk to be carried out backwards.
+class RetreatJob(TaskJob):
+    """A walk to be carried out backwards, from its end or nearly.
 
     Attributes:
         walk: The plan of the walk.
-        stance: Stance that the way back begins in: the walk's end, or nearly.
-        index: Place of the way back in the mission.
     """
 
     walk: MotionPlan
-    stance: Stance
-    index: int
-
-    @property
-    def key(self) -> tuple[int, int]:
-        """Task and revision of the plan."""
-        return self.index, 0
 
     def make(self) -> MotionPlan:
         """The plan; see `plan_backwards`."""

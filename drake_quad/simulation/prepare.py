@@ -59,15 +59,15 @@ def prepare(scenario: Scenario, *, source: str = "scenario") -> PreparedScenario
     """
     if scenario.perception.map == "seen":
         return _prepare_seen(scenario, source=source)
-    if scenario.design == "auto":
-        scenario = design_preferred(scenario, source=source).scenario
     return _prepare_told(scenario, source=source)
 
 
 def _prepare_told(
     scenario: Scenario, course: Course | None = None, *, source: str
 ) -> PreparedScenario:
-    """As `prepare`, of a scenario with a gait; `course` is the map, the scenario's unless told."""
+    """As `prepare`, of a map that is told: `course`, or the scenario's."""
+    if scenario.design == "auto":
+        scenario = design_preferred(scenario, source=source).scenario
     robot, course, settings, tasks, stance = _values(scenario, course, source=source)
     if scenario.estimator.landmarks != "none":
         check_mount(scenario.perception, robot, source=source)
@@ -85,11 +85,9 @@ def _prepare_told(
 
 def _prepare_seen(scenario: Scenario, *, source: str) -> PreparedScenario:
     """As `prepare`, on a map of what is seen; where there is no climb of it, the robot stays."""
-    alone = blind_scenario(scenario)
-    if alone.design == "auto":
-        alone = design_preferred(alone, source=source).scenario
     radius = robot_of(scenario).foot_radius
-    blind = _prepare_told(alone, floor_underfoot(scenario, foot_radius=radius), source=source)
+    floor = floor_underfoot(scenario, foot_radius=radius)
+    blind = _prepare_told(blind_scenario(scenario), floor, source=source)
     check_mount(scenario.perception, blind.robot, source=source)
     course = course_of(scenario, source=source, foot_radius=radius)
     blind = replace(blind, world=world_of(scenario, course, source=source))

@@ -201,11 +201,11 @@ class TransitionPlanner(LeafSystem):
         return EventStatus.Succeeded()
 
     def _task_job(self, task: int, stance: Stance, known: KnownMission) -> PlanJob:
+        what = (self._robot, known.course, known.settings, known.mission[task], stance, task)
         back = task - len(known.mission) + len(known.retreat)
         if back >= 0 and known.retreat:
-            walk = known.retreat[back]
-            return RetreatJob(self._robot, known.course, known.settings, walk, stance, task)
-        return TaskJob(self._robot, known.course, known.settings, known.mission[task], stance, task)
+            return RetreatJob(*what, known.retreat[back])
+        return TaskJob(*what)
 
     def _known_to(self, context: Context) -> KnownMission:
         """What is known of the mission."""

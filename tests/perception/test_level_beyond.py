@@ -186,3 +186,10 @@ def test_treads_are_cut_by_the_image_where_they_are_seen_to_its_sides() -> None:
         pose = CameraPose(level_rotation(pitch=np.radians(20.0)), np.array([ahead, 0.0, 0.5]))
         level = level_beyond(depth, MODEL, pose, told, landing=LANDING)
         assert level.cut_right == level.cut_left == cut
+
+
+def test_each_step_is_looked_at_for_its_ends() -> None:
+    """A flight 0.4 m wide to the right and 0.6 m to the left of the climb's line."""
+    found = seen_level(4, 4, noise=IDEAL_DEPTH, sides=(0.6, 0.4))
+    assert found.ends is not None and found.ends.shape == (4, 2)
+    assert found.ends[1:] == pytest.approx(np.tile([-0.4, 0.6], (3, 1)), abs=0.1)

@@ -165,6 +165,8 @@ def test_a_nosing_that_is_not_known_well_enough_for_a_foot_is_looked_at_again() 
     ).plans
     assert doubtful_foothold(known, whole.course, plans) == ""
     assert "nosing of step 7 is known to 200 mm" in doubtful_foothold(vague, whole.course, plans)
+    nearer = onward(replace(known, place_errors=errors))  # other nosings are known as before
+    assert nearer.goes_on and nearer.tasks[0].goal < known.places[-1]
     first_steps = unfinished(known, "a doubt")
     assert not first_steps.complete and first_steps.doubt == "a doubt"
     assert [element.kind for element in first_steps.elements] == ["floor", "stairs", "landing"]

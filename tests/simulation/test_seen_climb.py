@@ -17,6 +17,7 @@ from drake_quad.errors import InputError, PlanningError
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_text
+from drake_quad.simulation import prepare_seen
 from drake_quad.simulation.diagram import StairClimb, stair_climb_of
 from drake_quad.simulation.eyes import AddEyes, camera_of
 from drake_quad.simulation.look import look_around
@@ -315,3 +316,13 @@ def test_a_robot_that_stands_turned_sees_the_flight_where_it_is() -> None:
     assert abs(np.degrees(p.sight.belief.yaw)) < 1.0
     walk = p.plan.plans[1]
     assert abs(np.degrees(walk.body.samples(np.array([walk.duration]))[-1, 0, 4])) < 1.0
+
+
+def test_a_whole_flight_on_which_a_foot_may_miss_its_step_is_not_walked_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is climbed in stretches, or refused with that for the reason."""
+    monkeypatch.setattr(prepare_seen, "doubtful_foothold", lambda *_: "a nosing is not known well")
+    p = prepare(scenario(), source="test")
+    assert p.sight is not None
+    assert p.growth is not None or "a nosing is not known well" in p.sight.refused
