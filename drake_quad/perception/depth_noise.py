@@ -9,14 +9,23 @@ shadow), and pixels in between lie on neither side.
 """
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 import scipy  # its part ndimage is loaded at its first use: most runs have no camera
 
-from drake_quad.common import BoolArray, FloatArray
+from drake_quad.common import FloatArray
+from drake_quad.jit import jit
 from drake_quad.perception.camera_model import CameraModel, StereoCamera
+from drake_quad.perception.stereo_edges import (
+    Mask,
+    between_nodes,
+    grow_near_sides,
+    list_flying,
+    mark_shadows,
+)
 
-EDGE_JUMP = 1.0  # [px] of disparity between the two sides of an edge
+NODES_PER_LENGTH = 1.0  # of a smooth field: a coarser grid than the pixels gives it sooner
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +42,7 @@ class StereoNoise:
         fattening: Growth of the near side at edges, at most [px].
         flying: Share of pixels at edges that lie between both sides.
         shadow: Whether what one imager alone sees is lost.
-        holes: Share of pixels without depth elsewhere.
+        holes: Share of pixels without depth elsewhere, in the mean.
         step: Smallest step of disparity [px].
     """
 
@@ -84,74 +93,130 @@ def draw_camera_errors(
         generator: The source of what is random.
     """
     ratio = camera.model.fx / model.fx
-    shape = (model.height, model.width)
-    field = smooth_field(shape, noise.pattern_length / ratio, generator)
+    field = draw_field((model.height, model.width), noise.pattern_length / ratio, generator)
     return CameraErrors(
-        pattern=noise.pattern * field,
+        pattern=noise.pattern * field.at_pixels(model.height, model.width),
         offset=noise.offset * float(generator.standard_normal()),
         tilt=noise.tilt * generator.standard_normal(3),
     )
 
 
-def smooth_field(
+@dataclass(frozen=True)
+class SmoothField:
+    """A field of unit deviation, bilinear between nodes.
+
+    Attributes:
+        nodes: Its values at the nodes, (rows, columns).
+        skip: Pixels from one node to the next.
+    """
+
+    nodes: FloatArray
+    skip: int
+
+    def at_pixels(self, height: int, width: int) -> FloatArray:
+        """The value at each pixel, (height, width)."""
+        values = np.empty((height, width))
+        fill_between(self.nodes, self.skip, values)
+        return values
+
+
+def draw_field(
     shape: tuple[int, int], length: float, generator: np.random.Generator
-) -> FloatArray:
-    """A field of unit deviation whose values are alike over `length` pixels.
+) -> SmoothField:
+    """Draws a field whose values are alike over `length` pixels.
 
     Args:
-        shape: Its rows and columns.
-        length: Standard deviation of the Gaussian that smooths it [px].
+        shape: Rows and columns of the image.
+        length: Standard deviation of the Gaussian that smooths white noise [px].
         generator: The source of what is random.
     """
-    # A long length on a coarser grid gives the same field sooner.
-    skip = max(1, int(length / 3.0))
-    rows, columns = shape[0] // skip + 8, shape[1] // skip + 8
-    sigma = length / skip
+    skip = max(1, round(length / NODES_PER_LENGTH))
+    rows, columns = shape[0] // skip + 2, shape[1] // skip + 2
+    # Going straight from node to node smooths, too: as a Gaussian of variance skip^2 / 6 would.
+    sigma = length if skip == 1 else float(np.sqrt((length / skip) ** 2 - 1.0 / 6.0))
     white = generator.standard_normal((rows, columns))
-    field = scipy.ndimage.gaussian_filter(white, sigma, mode="wrap") if sigma > 0.05 else white
-    if sigma > 0.05:  # the deviation that smoothing leaves, for a kernel summed in both directions
-        x = np.arange(-int(4 * sigma + 0.5), int(4 * sigma + 0.5) + 1)
-        kernel = np.exp(-0.5 * (x / sigma) ** 2)
-        kernel /= kernel.sum()
-        field = field / float((kernel**2).sum())
-    if skip == 1:
-        return np.asarray(field[: shape[0], : shape[1]])
-    v = np.arange(shape[0]) / skip
-    u = np.arange(shape[1]) / skip
-    i, j = v.astype(int), u.astype(int)
-    a, b = (v - i)[:, np.newaxis], (u - j)[np.newaxis, :]
-    lines = (1 - b) * field[:, j] + b * field[:, j + 1]  # of the coarser grid, which has fewer
-    between, next_line = lines[i], lines[i + 1]
-    between *= 1 - a
-    next_line *= a
-    between += next_line
-    return np.asarray(between)
+    if sigma <= 0.05:
+        return SmoothField(white, skip)
+    field = scipy.ndimage.gaussian_filter(white, sigma, mode="wrap")
+    # The deviation that smoothing leaves, for a kernel that is summed in both directions, and what
+    # is lost between nodes, in the mean over their squares.
+    x = np.arange(-int(4 * sigma + 0.5), int(4 * sigma + 0.5) + 1)
+    kernel = np.exp(-0.5 * (x / sigma) ** 2)
+    kernel /= kernel.sum()
+    left = float((kernel**2).sum())
+    if skip > 1:
+        alike = float((kernel[1:] * kernel[:-1]).sum()) / left
+        left *= (2.0 * skip**2 + 1.0 + (skip**2 - 1.0) * alike) / (3.0 * skip**2)
+    return SmoothField(field / left, skip)
 
 
-def edges_of(disparity: FloatArray) -> BoolArray:
-    """Which pixels lie at an edge: the disparity of a slanted plane has no second difference."""
-    twice, edge = 2.0 * disparity, np.zeros(disparity.shape, dtype=np.bool_)
-    bent = disparity[2:] - twice[1:-1]
-    bent += disparity[:-2]
-    edge[1:-1] = np.abs(bent, out=bent) > EDGE_JUMP
-    across = disparity[:, 2:] - twice[:, 1:-1]
-    across += disparity[:, :-2]
-    edge[:, 1:-1] |= np.abs(across, out=across) > EDGE_JUMP
-    return edge
-
-
-def shadowed(disparity: FloatArray) -> BoolArray:
-    """Which pixels of the left imager the right one does not see, (height, width) of bool.
+@jit
+def fill_between(nodes: FloatArray, skip: int, values: FloatArray) -> None:
+    """Writes a field's value at each pixel, see `between_nodes`.
 
     Args:
-        disparity: Disparity in pixels of this image, (height, width).
+        nodes: Its values at the nodes, (rows, columns).
+        skip: Pixels from one node to the next.
+        values: Receives the values, (height, width).
     """
-    columns = np.arange(disparity.shape[1])
-    seen_at = columns - disparity
-    nearest = np.minimum.accumulate(seen_at[:, ::-1], axis=1)[:, ::-1]
-    ahead = np.full_like(nearest, np.inf)
-    ahead[:, :-1] = nearest[:, 1:]
-    return np.asarray(seen_at > ahead + 0.5)
+    for v in range(values.shape[0]):
+        for u in range(values.shape[1]):
+            values[v, u] = between_nodes(nodes, skip, v, u)
+
+
+@jit
+def find_disparity(depth: FloatArray, scale: float, disparity: FloatArray, lost: Mask) -> None:
+    """Writes disparities; 0 where there is no depth, and these pixels are lost.
+
+    Args:
+        depth: Distances along the optical axis [m], (height, width); inf where none.
+        scale: Disparity times depth [px m].
+        disparity: Receives them [px], (height, width).
+        lost: Receives 1 where there is none and 0 elsewhere, (height, width).
+    """
+    for v in range(depth.shape[0]):
+        for u in range(depth.shape[1]):
+            z = depth[v, u]
+            there = z > 0.0 and z < np.inf
+            disparity[v, u] = scale / z if there else 0.0
+            lost[v, u] = 0 if there else 1
+
+
+@jit
+def report_depth(
+    disparity: FloatArray,
+    scale: float,
+    step: float,
+    bounds: tuple[float, float],
+    holes: tuple[FloatArray, int, float],
+    lost: Mask,
+    depth: FloatArray,
+) -> None:
+    """Writes what the camera reports of disparities that it measures.
+
+    Args:
+        disparity: The disparities [px], (height, width).
+        scale: Disparity times depth [px m].
+        step: Smallest step of disparity [px]; 0 for none.
+        bounds: The nearest and the farthest distance that it reports [m].
+        holes: Nodes and skip of a field, and above which value of it there is a hole.
+        lost: Pixels that have no depth are 1, (height, width).
+        depth: Receives distances [m], (height, width); 0 where there is none.
+    """
+    nodes, skip, hole = holes
+    for v in range(disparity.shape[0]):
+        for u in range(disparity.shape[1]):
+            measured = disparity[v, u]
+            if step > 0.0:
+                measured = step * np.rint(measured / step)
+            depth[v, u] = 0.0
+            if lost[v, u] == 1 or measured <= 0.0:
+                continue
+            if hole < np.inf and between_nodes(nodes, skip, v, u) > hole:
+                continue
+            found = scale / measured
+            if bounds[0] <= found <= bounds[1]:
+                depth[v, u] = found
 
 
 def add_noise(
@@ -176,40 +241,35 @@ def add_noise(
     Returns:
         Distances [m], (height, width); 0 where there is none.
     """
-    shape, ratio = depth.shape, camera.model.fx / model.fx
+    true = np.ascontiguousarray(depth, dtype=np.float64)
+    shape, ratio = true.shape, camera.model.fx / model.fx
     scale = camera.disparity_scale()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        disparity = np.where(np.isfinite(depth) & (depth > 0.0), scale / depth, 0.0)
-    lost = disparity <= 0.0
+    disparity, lost = np.empty(shape), np.empty(shape, dtype=np.uint8)
+    find_disparity(true, scale, disparity, lost)
     if noise.shadow:
-        lost |= shadowed(disparity / ratio)
+        mark_shadows(disparity / ratio, lost)
     if noise.fattening > 0.0:
-        reach = noise.fattening / ratio
-        share = np.clip(0.5 + 0.5 * smooth_field(shape, 6.0 / ratio, generator), 0.0, 1.0)
-        grown = scipy.ndimage.grey_dilation(disparity, size=(2 * int(np.ceil(reach)) + 1,) * 2)
-        # A growth of less than a pixel happens to a share of the pixels along an edge.
-        chance = reach / np.ceil(reach)
-        beside = scipy.ndimage.maximum_filter(edges_of(disparity), 2 * int(np.ceil(reach)) + 1)
-        near = beside & (grown - disparity > EDGE_JUMP) & (share < chance)
-        disparity = np.where(near, grown, disparity)
-        lost &= ~near
+        field, grown = draw_field(shape, 6.0 / ratio, generator), np.empty(shape)
+        grow_near_sides(disparity, noise.fattening / ratio, field.nodes, field.skip, grown, lost)
+        disparity = grown
     if noise.flying > 0.0:
-        high = scipy.ndimage.maximum_filter(disparity, 3)
-        low = scipy.ndimage.minimum_filter(disparity, 3)
-        edge = scipy.ndimage.maximum_filter(edges_of(disparity), 3) & (high - low > EDGE_JUMP)
-        mixed = low + (high - low) * generator.random(shape)
-        disparity = np.where(edge & (generator.random(shape) < noise.flying), mixed, disparity)
+        rows = np.empty((disparity.size, 4))
+        rows = rows[: list_flying(disparity, rows)]
+        chosen, place = generator.random((2, len(rows)))
+        rows, place = rows[chosen < noise.flying], place[chosen < noise.flying]
+        at = rows[:, :2].astype(int)
+        disparity[at[:, 0], at[:, 1]] = rows[:, 2] + (rows[:, 3] - rows[:, 2]) * place
     if noise.white > 0.0:
-        disparity = disparity + noise.white * smooth_field(
-            shape, noise.correlation / ratio, generator
-        )
-    disparity = disparity + errors.pattern + errors.offset
+        field = draw_field(shape, noise.correlation / ratio, generator)
+        disparity += noise.white * field.at_pixels(*shape)
+    disparity += errors.pattern
+    disparity += errors.offset
+    holes: tuple[FloatArray, int, float] = (errors.pattern, 1, np.inf)
     if noise.holes > 0.0:
-        field = smooth_field(shape, 4.0 / ratio, generator)
-        lost |= field > np.quantile(field, 1.0 - noise.holes)
-    if noise.step > 0.0:
-        disparity = noise.step * np.round(disparity / noise.step)
-    with np.errstate(divide="ignore"):
-        found = scale / np.maximum(disparity, 1e-9)
-    lost |= (disparity <= 0.0) | (found < camera.nearest) | (found > camera.farthest)
-    return np.where(lost, 0.0, found)
+        field = draw_field(shape, 4.0 / ratio, generator)
+        holes = (field.nodes, field.skip, NormalDist().inv_cdf(1.0 - noise.holes))
+    found = np.empty(shape)
+    report_depth(
+        disparity, scale, noise.step, (camera.nearest, camera.farthest), holes, lost, found
+    )
+    return found

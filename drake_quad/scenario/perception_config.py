@@ -35,6 +35,19 @@ class PerceptionConfig:
         "`portrait`: a quarter of a turn about its optical axis, so that its wide angle of view "
         "stands upright: it sees steps that are nearer, and less to the sides",
     )
+    decimation: int = number(
+        1,
+        "",
+        "By what factor the camera's driver makes its images smaller, across and down; images of "
+        "half the size take a third of the time",
+        within(1, 4),
+    )
+    image_period: float = number(
+        0.5,
+        "s",
+        "With `estimator.landmarks: stairs`: time between the images of a robot that walks",
+        within(0.1, 10.0),
+    )
     camera_x: float = _coordinate("x", 0.64)
     camera_y: float = _coordinate("y", 0.0)
     camera_z: float = _coordinate("z", 0.12)

@@ -171,7 +171,7 @@ def check_scenario(scenario: Scenario, *, source: str) -> None:
     if scenario.perception.map != "seen" and scenario.start.heading_deg != 0.0:
         remedy = "must be 0 with perception.map told: the robot then heads along the first lane"
         raise fail("start.heading_deg", remedy)
-    for path in ("controller.period", "simulation.log_period"):
+    for path in ("controller.period", "simulation.log_period", "perception.image_period"):
         _check_multiple(path, fail, scenario)
     check_disturbances(scenario, source=source)
     for i, element in enumerate(scenario.mission):

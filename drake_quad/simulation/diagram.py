@@ -366,9 +366,9 @@ def stair_climb_of(
 
     def add_eyes(builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
         if preparation.growth is not None:
-            AddGrowingMap(builder, scene_graph, preparation)
+            AddGrowingMap(builder, preparation)
         if landmarks:
-            AddLandmarks(builder, scene_graph, preparation)
+            AddLandmarks(builder, preparation)
         if visualize is not None:
             visualize(builder, plant, scene_graph)
 

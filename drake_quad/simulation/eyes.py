@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from pydrake.geometry import SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -21,6 +20,7 @@ from drake_quad.scenario.build import generator_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.perception_config import PerceptionConfig
 from drake_quad.simulation.prepared import PreparedScenario
+from drake_quad.simulation.rendered_world import AddRenderedWorld
 from drake_quad.systems.base_pose import BasePose
 from drake_quad.systems.depth_camera import AddDepthCamera, DepthCamera
 from drake_quad.systems.landmark_finder import LandmarkFinder
@@ -30,7 +30,7 @@ from drake_quad.terrain.elements import Element
 
 CAMERAS = {"d435": D435, "d455": D455}
 PERIOD = 0.1  # [s] between images
-LANDMARK_PERIOD = 0.5  # [s] between images in which a robot that walks looks for landmarks
+ALIKE_PERIOD = 0.5  # [s] between images for which the filter knows how many of them err alike
 LOOK_PERIOD = 0.5  # [s] between images that are looked at, at most
 MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes
 
@@ -40,9 +40,14 @@ def camera_of(scenario: Scenario) -> StereoCamera:
     return CAMERAS[scenario.perception.camera]
 
 
+def level_model_of(scenario: Scenario) -> CameraModel:
+    """Intrinsics of the images of the scenario's depth camera, were it held level."""
+    return camera_of(scenario).model.decimated(scenario.perception.decimation)
+
+
 def model_of(scenario: Scenario) -> CameraModel:
     """Intrinsics of the images of the scenario's depth camera, as it is held."""
-    model = camera_of(scenario).model
+    model = level_model_of(scenario)
     return model.turned() if scenario.perception.camera_hold == "portrait" else model
 
 
@@ -79,7 +84,6 @@ def check_mount(perception: PerceptionConfig, robot: RobotModel, *, source: str)
 
 def AddEyes(
     builder: DiagramBuilder,
-    scene_graph: SceneGraph,
     prepared: PreparedScenario,
     *,
     landing: float | None = None,
@@ -91,7 +95,6 @@ def AddEyes(
 
     Args:
         builder: Builder that holds plant, controller and contact monitor by these names.
-        scene_graph: What is seen.
         prepared: The robot and its scenario.
         landing: What StairEstimator takes.
 
@@ -100,7 +103,7 @@ def AddEyes(
     """
     scenario = prepared.scenario
     camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
-    eyes, pose = _AddCamera(builder, scene_graph, prepared, period=PERIOD)
+    eyes, pose = _AddCamera(builder, prepared, period=PERIOD)
     estimator: StairEstimator = builder.AddSystem(
         StairEstimator(
             model=model_of(scenario),
@@ -122,7 +125,6 @@ def AddEyes(
 
 def _AddCamera(
     builder: DiagramBuilder,
-    scene_graph: SceneGraph,
     prepared: PreparedScenario,
     *,
     period: float,
@@ -131,7 +133,6 @@ def _AddCamera(
 
     Args:
         builder: Builder that holds plant and controller by these names.
-        scene_graph: What is seen.
         prepared: The robot and its scenario.
         period: Time between images [s].
 
@@ -142,14 +143,16 @@ def _AddCamera(
     plant = builder.GetSubsystemByName("plant")
     controller = builder.GetSubsystemByName("controller")
     camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
-    trunk = plant.GetBodyByName(robot.trunk)
+    seen = AddRenderedWorld(
+        builder, plant, robot=robot, world=prepared.world, disturbances=prepared.disturbances
+    )
     eyes = AddDepthCamera(
         builder,
-        scene_graph,
-        parent=plant.GetBodyFrameIdOrThrow(trunk.index()),
+        seen.scene_graph,
+        parent=seen.trunk,
         X_PC=X_BC,
         camera=camera,
-        model=camera.model,
+        model=level_model_of(scenario),
         noise=STEREO_NOISE,
         generator=generator_of(scenario, "depth_camera"),
         portrait=scenario.perception.camera_hold == "portrait",
@@ -173,14 +176,11 @@ def _AddCamera(
     return eyes, pose
 
 
-def AddLandmarks(
-    builder: DiagramBuilder, scene_graph: SceneGraph, prepared: PreparedScenario
-) -> LandmarkFinder:
+def AddLandmarks(builder: DiagramBuilder, prepared: PreparedScenario) -> LandmarkFinder:
     """Adds the depth camera, and the finder through which flights of the map correct the estimate.
 
     Args:
         builder: Builder that holds plant and controller by these names.
-        scene_graph: What is seen.
         prepared: The robot and its scenario, whose map is told.
 
     Raises:
@@ -188,7 +188,8 @@ def AddLandmarks(
     """
     scenario = prepared.scenario
     camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
-    eyes, _ = _AddCamera(builder, scene_graph, prepared, period=LANDMARK_PERIOD)
+    period = scenario.perception.image_period
+    eyes, _ = _AddCamera(builder, prepared, period=period)
     finder: LandmarkFinder = builder.AddSystem(
         LandmarkFinder(
             model=model_of(scenario),
@@ -196,7 +197,8 @@ def AddLandmarks(
             p_BC=X_BC.translation(),
             accuracy=stereo_accuracy(camera.disparity_scale()),
             course=prepared.course,
-            period=PERIOD,
+            period=min(PERIOD, period),
+            alike=max(1.0, ALIKE_PERIOD / period),
         )
     )
     builder.Connect(eyes.GetOutputPort("depth_measured"), finder.GetInputPort("depth_measured"))
@@ -212,14 +214,11 @@ def look_period(perception: PerceptionConfig) -> float:
     return perception.look_time / max(1, round(perception.look_time / LOOK_PERIOD))
 
 
-def AddGrowingMap(
-    builder: DiagramBuilder, scene_graph: SceneGraph, prepared: PreparedScenario
-) -> MapKeeper:
+def AddGrowingMap(builder: DiagramBuilder, prepared: PreparedScenario) -> MapKeeper:
     """Adds the eyes, and the MapKeeper through which the controller has what they see on the way.
 
     Args:
         builder: Builder that holds plant, controller and contact monitor by these names.
-        scene_graph: What is seen.
         prepared: The robot and its scenario, with the map of its first look.
 
     Raises:
@@ -228,7 +227,7 @@ def AddGrowingMap(
     perception, sight = prepared.scenario.perception, prepared.sight
     assert sight is not None and sight.map is not None
     controller = builder.GetSubsystemByName("controller")
-    estimator = AddEyes(builder, scene_graph, prepared, landing=perception.landing)
+    estimator = AddEyes(builder, prepared, landing=perception.landing)
     first = MapRevision(0, sight.stamp, sight.belief, sight.level, sight.map, depth=sight.depth)
     settings = MapSettings(
         landing=perception.landing,

@@ -28,8 +28,8 @@ def look_around(prepared: PreparedScenario) -> Sight:
     """
     found: list[StairEstimator] = []
 
-    def visualize(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
-        found.append(AddEyes(builder, scene_graph, prepared))
+    def visualize(builder: DiagramBuilder, _: MultibodyPlant, __: SceneGraph) -> None:
+        found.append(AddEyes(builder, prepared))
 
     climb = stair_climb_of(prepared, visualize=visualize)
     simulator = Simulator(climb.diagram)

@@ -70,7 +70,7 @@ def AddSimulatedPlant(
     plant, scene_graph = AddMultibodyPlant(config, builder)
     instance = AddRobot(plant, robot.url)
     trunk = plant.GetBodyByName(robot.trunk, instance)
-    _AddPayload(plant, trunk, disturbances)
+    AddPayload(plant, trunk, disturbances)
     _ScaleMass(plant, instance, disturbances)
     _ShiftCentreOfMass(plant, trunk, disturbances)
     AddCourse(plant, world, friction=friction)
@@ -103,7 +103,7 @@ def MakeTrueModel(robot: RobotModel, disturbances: Disturbances) -> MultibodyPla
     plant = MultibodyPlant(0.0)
     instance = AddRobot(plant, robot.url)
     trunk = plant.GetBodyByName(robot.trunk, instance)
-    _AddPayload(plant, trunk, disturbances)
+    AddPayload(plant, trunk, disturbances)
     _ScaleMass(plant, instance, disturbances)
     _ShiftCentreOfMass(plant, trunk, disturbances)
     plant.Finalize()
@@ -139,8 +139,8 @@ def _stance_angles(robot: RobotModel, stance: Stance) -> FloatArray:
     return np.asarray(angles)
 
 
-def _AddPayload(plant: MultibodyPlant, trunk: RigidBody, disturbances: Disturbances) -> None:
-    """Fixes the payload, a cube without collision, to the trunk."""
+def AddPayload(plant: MultibodyPlant, trunk: RigidBody, disturbances: Disturbances) -> None:
+    """Fixes the payload, a cube without collision, to the trunk, if there is one."""
     mass = disturbances.payload_mass
     if mass == 0.0:
         return

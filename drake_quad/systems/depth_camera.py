@@ -52,6 +52,10 @@ class DepthImage:
     base_pose: FloatArray
     base_deviation: FloatArray = field(default_factory=lambda: POSE_TOLD)
 
+    def __deepcopy__(self, _: dict[int, object]) -> "DepthImage":
+        """Itself: Drake copies all abstract states at each event, and this cannot change."""
+        return self
+
 
 NO_IMAGE = DepthImage(-np.inf, read_only(np.zeros((1, 1))), read_only(np.eye(7)[0]))
 

@@ -1,5 +1,7 @@
 """LandmarkFinder: depth images of the map's flights to corrections of the estimated pose."""
 
+from dataclasses import replace
+
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
@@ -29,6 +31,8 @@ class LandmarkFinder(LeafSystem):
         accuracy: How well depths are known.
         course: The map.
         period: Time between looks for a new image [s].
+        alike: What covariances are multiplied by: of images that follow sooner one after the
+            other, more err alike.
     """
 
     def __init__(
@@ -40,10 +44,11 @@ class LandmarkFinder(LeafSystem):
         accuracy: DepthAccuracy,
         course: Course,
         period: float = 0.1,
+        alike: float = 1.0,
     ) -> None:
         super().__init__()
         self.set_name("landmark_finder")
-        self._model, self._course = model, course
+        self._model, self._course, self._alike = model, course, alike
         self._R_BC, self._p_BC = np.array(R_BC), np.array(p_BC)
         self._tracker = StairTracker(model=model, accuracy=accuracy)  # it remembers nothing
         self._image = self.DeclareAbstractInputPort("depth_measured", AbstractValue.Make(NO_IMAGE))
@@ -62,5 +67,6 @@ class LandmarkFinder(LeafSystem):
             self._tracker, image.depth, self._model, pose, self._course, stamp=image.stamp
         )
         if sighting is not None:
+            sighting = replace(sighting, covariance=self._alike * sighting.covariance)
             state.get_mutable_abstract_state(self._newest).set_value(sighting)
         return EventStatus.Succeeded()

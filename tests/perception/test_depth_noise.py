@@ -11,9 +11,7 @@ from drake_quad.perception.depth_noise import (
     StereoNoise,
     add_noise,
     draw_camera_errors,
-    edges_of,
-    shadowed,
-    smooth_field,
+    draw_field,
 )
 
 MODEL = D435.model.decimated(4)
@@ -46,7 +44,6 @@ def test_the_ideal_camera_changes_nothing_within_its_range() -> None:
 def test_a_slanted_plane_has_no_edges() -> None:
     """Neither growth nor flying pixels touch it, however fast its disparity changes."""
     noise = StereoNoise(white=0.0, pattern=0.0, offset=0.0, tilt=0.0, holes=0.0, step=0.0)
-    assert not edges_of(D435.disparity_scale() / floor()).any()
     assert np.allclose(noisy(floor(), noise), floor(), rtol=1e-12)
 
 
@@ -60,17 +57,45 @@ def test_an_offset_moves_every_disparity_alike() -> None:
     assert np.allclose(D435.disparity_scale() * (1 / seen - 1 / floor()), 0.2)
 
 
-def test_near_things_grow_and_shade_what_is_behind_to_their_left() -> None:
-    """A block before a wall: its sides only move outwards, and the shadow is left of it."""
-    disparity = np.full((20, 60), 4.0)
-    disparity[5:15, 30:40] = 12.0
-    hidden = shadowed(disparity)
-    assert hidden[10, 22:30].sum() >= 7 and not hidden[10, 30:].any()
-    assert not hidden[:5].any()
+def test_a_share_of_pixels_has_no_depth() -> None:
+    """Over many images, that share in the mean."""
+    noise = StereoNoise(
+        white=0.0, pattern=0.0, offset=0.0, tilt=0.0, fattening=0.0, flying=0.0, shadow=False,
+        holes=0.05, step=0.0,
+    )  # fmt: skip
+    share = np.mean([np.mean(noisy(floor(), noise, seed) == 0.0) for seed in range(40)])
+    assert share == pytest.approx(0.05, rel=0.1)
 
 
-@pytest.mark.parametrize("length", [0.5, 2.0, 20.0])
+def test_white_noise_errs_alike_in_disparity_wherever_the_surface_is() -> None:
+    """Its deviation is that of the camera's figure, near and far."""
+    noise = StereoNoise(
+        white=0.08, pattern=0.0, offset=0.0, tilt=0.0, fattening=0.0, flying=0.0, shadow=False,
+        holes=0.0, step=0.0,
+    )  # fmt: skip
+    scale = D435.disparity_scale()
+    errors = np.array([scale / noisy(floor(), noise, i) - scale / floor() for i in range(20)])
+    for part in (errors[:, :40], errors[:, -40:]):
+        assert np.sqrt(np.mean(part**2)) == pytest.approx(0.08, rel=0.05)
+
+
+@pytest.mark.parametrize("length", [0.5, 2.0, 4.0, 7.0, 20.0])
 def test_smooth_fields_have_unit_deviation(length: float) -> None:
     """Over many fields, for short and long lengths."""
-    drawn = [smooth_field((80, 120), length, np.random.default_rng(i)) for i in range(30)]
-    assert np.sqrt(np.mean(np.square(drawn))) == pytest.approx(1.0, rel=0.12)
+    drawn = [
+        draw_field((80, 120), length, np.random.default_rng(i)).at_pixels(80, 120)
+        for i in range(120)
+    ]
+    assert np.sqrt(np.mean(np.square(drawn))) == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("length", [2.0, 4.0, 8.0])
+def test_smooth_fields_are_alike_over_their_length(length: float) -> None:
+    """Smoothed white noise is correlated by exp(-d^2 / (4 length^2)) at distance d."""
+    fields = [
+        draw_field((160, 160), length, np.random.default_rng(i)).at_pixels(160, 160)
+        for i in range(40)
+    ]
+    distance = int(2 * length)
+    alike = np.mean([np.mean(f[:, distance:] * f[:, :-distance]) for f in fields])
+    assert alike == pytest.approx(np.exp(-1.0), abs=0.06)

@@ -127,8 +127,8 @@ def states(climb: StairClimb, times: FloatArray) -> list[FloatArray]:
 def test_the_run_stands_as_it_stood_when_it_looked() -> None:
     """With the plan of the climb, and no camera, the stand is the same motion to the bit."""
 
-    def eyes(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
-        AddEyes(builder, scene_graph, blind())
+    def eyes(builder: DiagramBuilder, _: MultibodyPlant, __: SceneGraph) -> None:
+        AddEyes(builder, blind())
 
     times = np.array([0.05, 0.2, LOOK - 0.01])
     looking = states(stair_climb_of(blind(), visualize=eyes), times)
@@ -145,8 +145,8 @@ def test_a_robot_that_estimates_its_state_looks_from_where_it_believes_to_stand(
     alone = prepare(blind_scenario(scenario("estimator.kind=ekf")), source="test")
     before = PreparedScenario(**{**vars(alone), "world": p.world})
 
-    def eyes(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
-        AddEyes(builder, scene_graph, before)
+    def eyes(builder: DiagramBuilder, _: MultibodyPlant, __: SceneGraph) -> None:
+        AddEyes(builder, before)
 
     climb = stair_climb_of(before, visualize=eyes)
     simulator = Simulator(climb.diagram)
@@ -178,8 +178,8 @@ def test_the_eyes_take_the_contacts_that_the_controller_takes(felt: bool) -> Non
     overrides = ["sensors.contacts=joints"] if felt else []
     before = prepare(blind_scenario(scenario(*overrides)), source="test")
 
-    def eyes(builder: DiagramBuilder, _: MultibodyPlant, scene_graph: SceneGraph) -> None:
-        AddEyes(builder, scene_graph, before)
+    def eyes(builder: DiagramBuilder, _: MultibodyPlant, __: SceneGraph) -> None:
+        AddEyes(builder, before)
 
     diagram = stair_climb_of(before, visualize=eyes).diagram
     port = diagram.GetSubsystemByName("stair_estimator").GetInputPort("contacts")

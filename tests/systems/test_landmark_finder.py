@@ -34,9 +34,9 @@ def image_from(x: float) -> FloatArray:
 class Alone:
     """The finder by itself."""
 
-    def __init__(self) -> None:
+    def __init__(self, alike: float = 1.0) -> None:
         self.system = LandmarkFinder(
-            model=MODEL, R_BC=R_BC, p_BC=P_BC, course=COURSE, period=0.1,
+            model=MODEL, R_BC=R_BC, p_BC=P_BC, course=COURSE, period=0.1, alike=alike,
             accuracy=stereo_accuracy(D435.disparity_scale()),
         )  # fmt: skip
         self.simulator = Simulator(self.system)
@@ -68,6 +68,15 @@ def test_an_image_of_the_flight_ahead_becomes_a_sighting() -> None:
     assert blank.stamp == 0.0
     again = alone.shown(depth, stamp=0.2, x=1.5, until=0.25)
     assert again.stamp == 0.2 and abs(again.off[0]) < 0.006
+
+
+def test_a_sighting_of_many_that_err_alike_counts_for_less() -> None:
+    """Its covariance is multiplied; what it says is the same."""
+    one, five = (
+        Alone(alike).shown(image_from(1.5), stamp=0.0, x=1.54, until=0.05) for alike in (1.0, 5.0)
+    )
+    assert np.array_equal(one.off, five.off)
+    assert np.allclose(five.covariance, 5.0 * one.covariance)
 
 
 def test_an_image_is_looked_at_once() -> None:
