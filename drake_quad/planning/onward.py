@@ -45,7 +45,8 @@ MAP_STEP = 1e-4  # [m] to which errors of the map that are allowed for are round
 SHANK_ROOM = 0.004  # [m] between shanks and stairs that are as far off as they may be
 SEARCHES = 3  # for a body path, where the first finds none that legs can follow
 BY_THE_PATH = {"excess", "too_fast", "room"}  # figures of errors that another path may not have
-ATTEMPTS = 2  # that may be refused: for want of searches, and for being too quick
+PATIENCE = 1.25  # by which all times are longer, waits too, where the margin would be too small
+ATTEMPTS = 3  # that may be refused: for want of searches, for being too quick, and for the margin
 WALK_ON, LOOK_AGAIN = "walk to the next look", "stand and look again"
 
 
@@ -282,7 +283,8 @@ def _plan(
 
     The gait was found for a walk from somewhere else. If legs would be beyond their limits, or in
     the stairs, paths are looked for by further searches. If joints would still have to turn faster
-    than they can, all is planned again as much slower.
+    than they can, all is planned again as much slower. If the static margin is too small, the
+    body gets more time to shift.
 
     Raises:
         PlanningError: There is none, or it cannot be carried out.
@@ -295,9 +297,13 @@ def _plan(
                 settings = replace(settings, searches=SEARCHES)
                 continue
             factor = how_much_slower(problem)
-            if factor is None:
+            if factor is not None:
+                settings = slower(settings, factor)
+            elif "margin" in problem.data:
+                waits = PATIENCE * settings.switch_wait
+                settings = replace(slower(settings, PATIENCE), switch_wait=waits)
+            else:
                 raise
-            settings = slower(settings, factor)
     return _checked(robot, course, settings, tasks, stance, lift_off_margin), settings
 
 

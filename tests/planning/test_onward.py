@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -138,6 +139,38 @@ def test_a_path_that_leads_a_shank_into_the_stairs_is_looked_for_again(
 
     monkeypatch.setattr(onward_module, "_checked", never)
     with pytest.raises(PlanningError, match="inside the stairs"):
+        onward(first_map(6))
+
+
+def test_a_stretch_with_too_little_margin_is_walked_with_longer_waits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The body gets more time to shift, until the margin suffices; if it never does, it says so."""
+    tried: list[tuple[float, float, float]] = []
+    usual = onward_module._checked
+
+    def checked(*given: Any) -> Any:
+        tried.append((given[2].cycle_time, given[2].switch_wait, given[2].shift_time))
+        if len(tried) < 3:
+            raise PlanningError("the static margin would be -0.003 m", margin=-0.003)
+        return usual(*given)
+
+    monkeypatch.setattr(onward_module, "_checked", checked)
+    known = replace(first_map(6), complete=True)
+    waiting = replace(gait(), switch_wait=0.4)
+    found = plan_onward(
+        paper_robot(), waiting, known, standing(known), eyes(), lift_off_margin=0.02
+    )
+    for before, after in pairwise(tried):
+        assert after == pytest.approx(tuple(onward_module.PATIENCE * x for x in before))
+    got = found.settings
+    assert (got.cycle_time, got.switch_wait, got.shift_time) == tried[2]
+
+    def never(*given: Any) -> Any:
+        raise PlanningError("the static margin would be -0.003 m", margin=-0.003)
+
+    monkeypatch.setattr(onward_module, "_checked", never)
+    with pytest.raises(PlanningError, match="static margin would be"):
         onward(first_map(6))
 
 
