@@ -8,8 +8,8 @@ own errors (offset, pattern, tilt) and the feet's height are drawn for each scen
 0.95 m high, 35 degrees down (the paper's robot), and 0.32 m high, 15 degrees down (one like Go1);
 both 45 degrees down from a landing. Images are of 424 x 240, half of the camera's resolution.
 `--rows` keeps what was measured of each scene, with deviations as the fit has them; tables multiply
-them by `stair_tracker.FACTORS`, as beliefs do. `--read` makes tables of kept rows.
-`--calibrate` prints the factors that make stated intervals hold, for `stair_tracker.FACTORS`.
+them by `calibration.FACTORS`, as beliefs do. `--read` makes tables of kept rows.
+`--calibrate` prints the factors that make stated intervals hold, for `calibration.FACTORS`.
 """
 
 import argparse
@@ -25,18 +25,25 @@ import numpy as np
 from benchmarks.common import markdown_table, provenance
 from benchmarks.perception.scenes import Scene, draw_scene, render
 from drake_quad.math.rotations import rotation_exp
+from drake_quad.perception.calibration import (
+    DOWN,
+    FACTORS,
+    QUANTITIES,
+    deviation_factors,
+    kind_of_stairs,
+)
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
 from drake_quad.perception.depth_noise import STEREO_NOISE, add_noise, draw_camera_errors
 from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
-from drake_quad.perception.stair_tracker import FACTORS, FOOT_SIGMA, CameraPose, StairTracker
+from drake_quad.perception.stair_tracker import FOOT_SIGMA, CameraPose, StairTracker
 
 MODEL = D435.model.decimated(2)
 CAMERAS = {"paper": (0.95, 35.0), "go1": (0.32, 15.0)}  # height [m], angle below the horizon [deg]
-DOWN = 45.0  # [deg] from a landing
+LOOKS_DOWN = 45.0  # [deg] from a landing
 KINDS = ("up", "down", "uneven", "open", "overhang", "none")
 NEAR = 1.2  # [m] within which the next three nosings count
-QUANTITIES = ("place", "height", "rise", "run", "yaw")
+SHOWN = ("place", "height", "rise", "run", "yaw")
 BOUNDS = {"place": 12.0, "height": 6.0, "rise": 4.0, "run": 6.0, "yaw": 0.5}  # of issue 35, 95 %
 
 
@@ -44,7 +51,7 @@ def see(scene: Scene, camera: str, generator: np.random.Generator) -> dict[str, 
     """One scene seen by one camera, searched, and tracked once more from what the search found."""
     height, pitch = CAMERAS[camera]
     errors = draw_camera_errors(STEREO_NOISE, D435, MODEL, generator)
-    R_LC = level_rotation(pitch=np.radians(DOWN if scene.kind == "down" else pitch))
+    R_LC = level_rotation(pitch=np.radians(LOOKS_DOWN if scene.kind == "down" else pitch))
     exact = render(scene, MODEL, R_LC @ rotation_exp(*errors.tilt), height)
     images = [
         add_noise(exact, noise=STEREO_NOISE, errors=errors, camera=D435, model=MODEL,
@@ -67,14 +74,17 @@ def see(scene: Scene, camera: str, generator: np.random.Generator) -> dict[str, 
         "track": time.process_time() - searched if belief is not None else None,
     }  # fmt: skip
     if tracked is not None:
-        row.update(_errors(tracked, scene))
+        row.update(_errors(tracked, scene, height))
     return row
 
 
-def _errors(belief: StairBelief, scene: Scene) -> dict[str, Any]:
+def _errors(belief: StairBelief, scene: Scene, camera_height: float) -> dict[str, Any]:
     """Errors and deviations (in mm and degrees), and whether anything is grossly wrong."""
     n = len(scene.places)
-    factors = FACTORS["up" if belief.going_up else "down"]
+    told = kind_of_stairs(
+        belief.places, belief.heights, overhang=belief.overhang, is_open=belief.is_open
+    )
+    factors = deviation_factors(told, camera_height=camera_height)
     if n == 0:
         return {"gross": True, "pairs": []}
     k = min(3, n, len(belief.places))
@@ -93,6 +103,8 @@ def _errors(belief: StairBelief, scene: Scene) -> dict[str, Any]:
     pairs.append(("run", 1e3 * (belief.run - mean_run), 1e3 * belief.sigma("run"), near))
     turn = np.degrees(belief.yaw - scene.yaw)
     pairs.append(("yaw", turn, np.degrees(belief.sigma("yaw")), near))
+    over = belief.overhang - scene.overhang
+    pairs.append(("overhang", 1e3 * over, 1e3 * belief.sigma("overhang"), near))
     off = bool(
         np.any(np.abs(place) > 0.5 * run.min()) or np.any(np.abs(height) > 0.5 * abs(rise[0]))
     )
@@ -101,7 +113,7 @@ def _errors(belief: StairBelief, scene: Scene) -> dict[str, Any]:
         "over": belief.count_least > n,
         "under": belief.count_most is not None and belief.count_most < n,
         "known": belief.count_most == belief.count_least,
-        "open_told": belief.is_open,
+        "told": told,
         # the fit's own deviations: what is calibrated
         "pairs": [(name, float(e), float(s) / factors[name], ok) for name, e, s, ok in pairs],
     }
@@ -140,7 +152,7 @@ def tables(rows: list[dict[str, Any]]) -> str:
         "camera, stairs",
         "scenes",
         "found",
-        *(f"{q}" for q in QUANTITIES),
+        *(f"{q}" for q in SHOWN),
         "gross",
         "count over",
     ]
@@ -158,24 +170,24 @@ def tables(rows: list[dict[str, Any]]) -> str:
                         by[name].append((e, s))
             errors.append([
                 f"{camera}, {kind}", str(len(mine)), str(sum(r["found"] for r in mine)),
-                *(_figure([e for e, _ in by[q]]) for q in QUANTITIES),
+                *(_figure([e for e, _ in by[q]]) for q in SHOWN),
                 str(sum(r["gross"] for r in told)),
                 str(sum(r.get("over", False) or r.get("under", False) for r in told)),
             ])  # fmt: skip
             every: dict[str, list[float]] = defaultdict(list)
             for r in told:
                 for name, e, s, _ in r["pairs"]:
-                    every[name].append(abs(e) / (s * FACTORS[_way(r)][name]))
+                    every[name].append(abs(e) / (s * _factors(r)[name]))
             coverage.append([
                 f"{camera}, {kind}",
-                *(_share(every[q]) for q in QUANTITIES),
+                *(_share(every[q]) for q in SHOWN),
                 str(sum(r.get("known", False) for r in told)),
             ])  # fmt: skip
-    errors.append(["bound (95 %)", "", "", *(f"{BOUNDS[q]:g}" for q in QUANTITIES), "0", "0"])
+    errors.append(["bound (95 %)", "", "", *(f"{BOUNDS[q]:g}" for q in SHOWN), "0", "0"])
     units = f"place, height, rise, run in mm, yaw in degrees; nosings within {NEAR} m."
     parts.append(f"Errors, mean / 95 %: {units}\n\n" + markdown_table(header, errors))
-    coverage.append(["bound", *["93 to 97"] * len(QUANTITIES), ""])
-    header = ["camera, stairs", *QUANTITIES, "count known"]
+    coverage.append(["bound", *["93 to 97"] * len(SHOWN), ""])
+    header = ["camera, stairs", *SHOWN, "count known"]
     title = "Share of truths within the stated 95 % intervals, all distances [%]."
     parts.append(f"{title}\n\n" + markdown_table(header, coverage))
     none = [r for r in rows if r["kind"] == "none"]
@@ -191,24 +203,29 @@ def tables(rows: list[dict[str, Any]]) -> str:
     return "\n\n".join(parts)
 
 
-def _way(row: dict[str, Any]) -> str:
-    return "down" if row["kind"] == "down" else "up"
+def _factors(row: dict[str, Any]) -> dict[str, float]:
+    return deviation_factors(row["told"], camera_height=CAMERAS[row["camera"]][0])
 
 
-def calibration(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
-    """By what deviations would have to be multiplied for 95 % of the truths to be within."""
-    found: dict[str, dict[str, float]] = {}
-    for way in ("up", "down"):
-        ratios: dict[str, list[float]] = defaultdict(list)
-        for r in rows:
-            if r.get("gross", True) or _way(r) != way:
-                continue
-            for name, e, s, _ in r["pairs"]:
+def calibration(rows: list[dict[str, Any]]) -> dict[str, dict[str, list[float]]]:
+    """By what deviations would have to be multiplied for 95 % of the truths to be within.
+
+    Of each kind of stairs as told, and each camera, the factors in the order of QUANTITIES.
+    """
+    found: dict[str, dict[str, list[float]]] = {}
+    for told in FACTORS:
+        for camera in CAMERAS:
+            mine = [
+                r for r in rows
+                if not r.get("gross", True) and r["told"] == told
+                and (r["camera"] == camera or told == DOWN)
+            ]  # fmt: skip
+            ratios: dict[str, list[float]] = {name: [] for name in QUANTITIES}
+            for name, e, s, _ in (pair for r in mine for pair in r["pairs"]):
                 ratios[name].append(abs(e) / s / NORMAL_95)
-        found[way] = {
-            name: round(float(np.quantile(values, 0.95)), 2)
-            for name, values in sorted(ratios.items())
-        }
+            found.setdefault(told, {})[f"{camera}, {len(mine)} scenes"] = [
+                round(float(np.quantile(values, 0.95)), 2) for values in ratios.values()
+            ]
     return found
 
 

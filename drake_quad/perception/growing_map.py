@@ -14,11 +14,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
-from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
 from drake_quad.perception.stair_map import (
@@ -29,13 +27,11 @@ from drake_quad.perception.stair_map import (
     width_about,
     width_of_steps,
 )
-from drake_quad.perception.stair_tracker import CameraPose, StairTracker
 from drake_quad.terrain.elements import Element
 
 TRUSTED_PLACE = (
     0.025  # [m] of half a 95 % interval of a nosing's place, up to which it is planned on
 )
-NEAREST = 0.08  # [m] ahead of the camera, from which a nosing may be the first that is told
 SIGMAS = 4.0  # deviations by which two looks at one nosing may differ
 LEAST_PLACE, LEAST_HEIGHT = 0.05, 0.03  # [m] by which they may differ in any case
 SHARE = 0.35  # of a run or a rise, by which they may differ at most
@@ -77,6 +73,11 @@ def ground_height(known: StairMap, s: FloatArray) -> FloatArray:
     """Height in W of a map's ground at `s` (k,) along its lane [m]."""
     levels = np.concatenate([[known.floor], known.heights])
     return np.asarray(levels[np.searchsorted(known.places, s)])
+
+
+def mean_rise(known: StairMap) -> float:
+    """Mean rise of a map's steps [m]."""
+    return float(known.heights[-1] - known.floor) / len(known.heights)
 
 
 def feet_offset(known: StairMap, feet: FloatArray) -> float:
@@ -168,7 +169,11 @@ def match_look(
     height_errors = NORMAL_95 * belief.height_sigmas[1:]
     below = 0 if level is None else min(level.below_view, len(places))
     mine, count = np.arange(below, len(places)), len(known.places)
+    run, rise = known.run, mean_rise(known)
     best: tuple[float, int] | None = None
+    if not below and abs(places[0] - known.places[-1] - run) <= SHARE * run:
+        # Of the map nothing is in view but its last tread: the next step is told.
+        best = (abs(belief.heights[0] - offset - known.heights[-1]), count)
     for first in range(-below, count):
         both = mine[(mine + first < count) & (mine + first >= 0)]
         if not len(both):
@@ -179,7 +184,10 @@ def match_look(
         raise PlanningError("none of the steps that the map has is in view")
     first = best[1]
     both = mine[(mine + first < count) & (mine + first >= 0)]
-    run, rise = known.run, float(np.diff([known.floor, *known.heights]).mean())
+    if not len(both):
+        if best[0] > SHARE * rise:
+            raise PlanningError("none of the steps that the map has is in view")
+        return Match(first, below, places, heights, errors, height_errors)
     for name, told, map_has, sigma, least, most in (
         ("place", places, known.places, (errors, known.place_errors), LEAST_PLACE, SHARE * run),
         ("height", heights, known.heights, (height_errors, known.height_errors), LEAST_HEIGHT,
@@ -238,17 +246,23 @@ def grow_map(
             f"{len(known.places)} were seen"
         )
     size = max(count, len(known.places))
+    # A nosing that is in view again is told anew, unless its place was known better.
+    told = np.arange(found.first + found.below, count)
+    before = np.concatenate([known.place_errors, np.full(size - len(known.places), np.inf)])
+    better = found.place_errors[found.below :] <= before[told]
+    told = told[better]
     columns = []
     for old, new in (
         (known.places, found.places), (known.heights, found.heights),
         (known.place_errors, found.place_errors), (known.height_errors, found.height_errors),
     ):  # fmt: skip
-        column = np.concatenate([old, np.zeros(size - len(old))])
-        column[found.first + found.below : count] = new[found.below :]
+        column = np.concatenate([old, np.full(size - len(old), np.inf)])
+        column[told] = new[found.below :][better]
         columns.append(column)
     places, heights, place_errors, height_errors = columns
     seen_in = [*known.seen_in, *[look] * (size - len(known.places))]
-    seen_in[found.first + found.below : count] = [look] * (len(found.places) - found.below)
+    for k in told:
+        seen_in[k] = look
     aside = np.array([-np.sin(known.yaw), np.cos(known.yaw)])
     ends = belief.origin + belief.places[[0, -1], None] * belief.direction
     lateral = [float(x) for x in (ends - known.origin) @ aside]
@@ -326,76 +340,3 @@ def _width(
     width = min(width_about(x, right, left) for x in lateral)
     along = np.interp(belief.places, belief.places[[0, -1]], lateral)
     return min(known.elements[1].width or seen, check_width(width), width_of_steps(along, level))
-
-
-def nosings_in_view(known: StairMap, model: CameraModel, pose: CameraPose) -> NDArray[np.intp]:
-    """Which nosings of a map lie ahead of a camera and above the lower edge of its image.
-
-    Args:
-        known: The map.
-        model: Intrinsics.
-        pose: Pose of the camera.
-    """
-    direction = np.array([np.cos(known.yaw), np.sin(known.yaw)])
-    flat = known.origin + known.places[:, None] * direction
-    nosings = np.column_stack([flat, known.heights])
-    _, down, ahead = ((nosings - pose.p_WC) @ pose.R_WC).T
-    row = model.cy + model.fy * down / np.maximum(ahead, 1e-6)
-    near = known.places - float(lane_places(known, pose.p_WC))
-    seen = (ahead > 0.0) & (row <= model.height - 1) & (row >= 0) & (near > NEAREST)
-    return np.flatnonzero(seen)
-
-
-def look_again(
-    tracker: StairTracker,
-    depth: NDArray[np.floating],
-    model: CameraModel,
-    pose: CameraPose,
-    known: StairMap,
-    *,
-    feet: FloatArray,
-    stamp: float,
-) -> StairBelief | None:
-    """The stairs that an image taken on a known flight shows.
-
-    They are searched for anew, with the height of the ground before the first nosing from the map:
-    that nosing may lie below the image, where the fit still has to have it.
-
-    Args:
-        tracker: Searches.
-        depth: The image.
-        model: Intrinsics.
-        pose: Pose of the camera when it was taken.
-        known: The map.
-        feet: Points in W where feet stand, (k, 3) [m].
-        stamp: Time of the image [s].
-
-    Returns:
-        The first belief that agrees with the map; of several that do not, the first; None where
-        nothing speaks for stairs.
-    """
-    try:
-        offset = feet_offset(known, feet)
-    except PlanningError:
-        offset = 0.0
-    seen = nosings_in_view(known, model, pose)
-    if not len(seen):
-        return None
-    here = float(lane_places(known, pose.p_WC))
-    other: StairBelief | None = None
-    for first in (seen[0] - 1, seen[0], seen[0] + 1):
-        if first < 0 or first >= len(known.places) or known.places[first] - here < NEAREST:
-            continue
-        before = known.floor if first == 0 else known.heights[first - 1]
-        ground = np.array([[*pose.p_WC[:2], before + offset]])
-        # That there is a flight is known: its last two steps may be all that is left to see.
-        belief = tracker.update(depth, pose, stamp=stamp, feet=ground, least=2)
-        if belief is None:
-            continue
-        try:
-            match_look(known, belief, None, offset=offset, reach=0.0)
-        except PlanningError:
-            other = other or belief
-            continue
-        return belief
-    return other

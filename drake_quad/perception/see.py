@@ -172,8 +172,7 @@ def see_stairs(
     found = find_stairs(frame, priors, np.random.default_rng(SEED))
     if found is None:
         return SeenStairs(None, frame, None)
-    factors = {"up": ONE, "down": ONE}
-    belief = make_belief(found, pose, stamp=0.0, tilt=0.0, factors=factors)
+    belief = make_belief(found, pose, stamp=0.0, tilt=0.0, factors=ONE)
     if baseline is None:
         belief = scaled_by(belief, UNKNOWN_SCALE)
     return SeenStairs(belief, frame, found)

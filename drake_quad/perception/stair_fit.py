@@ -48,6 +48,7 @@ class StairPriors:
         run: Run of a tread [m].
         uneven: Deviation of single rises and runs from the flight's [m].
         overhang: Overhang of the treads [m].
+        yaw: Yaw of the climb in L [rad].
         edge_bias: Growth of the near side at edges [rows of the fitted image].
         edge: Deviation of an edge's place in one column [rows].
         alike: How many pixels err as one: by so much the pixels' information is less.
@@ -59,6 +60,7 @@ class StairPriors:
     run: tuple[float, float] = (0.29, 0.08)
     uneven: float = 0.006
     overhang: tuple[float, float] = (0.008, 0.012)
+    yaw: tuple[float, float] = (0.0, 1.0)
     edge_bias: tuple[float, float] = (0.8, 0.4)
     edge: float = 0.5
     alike: float = 2.0
@@ -192,7 +194,7 @@ def _prior_rows(
         ({base + ROLL: 1.0}, 0.0, frame.tilt),
         ({base + OFFSET: 1.0}, 0.0, frame.offset_sigma),
         ({base + EDGE_BIAS: 1.0}, *priors.edge_bias),
-        ({base + YAW: 1.0}, 0.0, 1.0),
+        ({base + YAW: 1.0}, *priors.yaw),
     ]
     seen = shape.up and not shape.is_open
     rows.append(({base + OVERHANG: 1.0}, *(priors.overhang if seen else (0.0, 1e-4))))

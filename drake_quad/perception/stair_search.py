@@ -81,6 +81,7 @@ def find_stairs(
     generator: np.random.Generator,
     *,
     ways: tuple[bool, ...] = (True, False),
+    opens: tuple[bool, ...] = (False, True),
     least: int = LEAST_STEPS,
 ) -> FoundStairs | None:
     """Looks for stairs in an image.
@@ -90,6 +91,7 @@ def find_stairs(
         priors: What is known before; with a floor known to 5 cm there is less to search.
         generator: Chooses the points that the coarse search looks at.
         ways: Whether to look for stairs up (True), down (False), or both.
+        opens: Whether to look for closed risers (False), for open ones (True), or both.
         least: How many steps up have to be seen; down it is two.
 
     Returns:
@@ -105,7 +107,7 @@ def find_stairs(
     thin = keep_pixels(frame, np.arange(len(frame.rho)) % THINNED == 0)
     cutoffs = coarse_cutoffs(thin)
     fits: list[tuple[float, StairFit]] = []
-    for guess, is_open in product(guesses[:12], (False, True)):
+    for guess, is_open in product(guesses[:12], opens):
         if guess.cost > guesses[0].cost + 0.2:
             break
         if is_open and guess.rise < 0.0:
@@ -133,7 +135,9 @@ def find_stairs(
         for begin in (fit, halved(thin, fit, priors)):
             found = settle(frame, begin, priors, even=least > 2)
             best, best_support = _better(frame, priors, found, best, best_support)
-    if best is not None and best.fit.shape.up:  # where risers are grazed, either may come first
+    if (
+        best is not None and best.fit.shape.up and len(opens) > 1
+    ):  # where risers are grazed, either may come first
         other = replace(best.fit.shape, is_open=not best.fit.shape.is_open)
         found = settle(frame, replace(best.fit, shape=other), priors, even=least > 2)
         best, _ = _better(frame, priors, found, best, best_support)

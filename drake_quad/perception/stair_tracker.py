@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray, read_only
+from drake_quad.perception.calibration import deviation_factors, kind_of_stairs
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy, DepthFrame, keep_pixels, prepare_frame
 from drake_quad.perception.stair_belief import StairBelief
@@ -26,26 +27,21 @@ from drake_quad.perception.stair_fit import (
     with_steps,
 )
 from drake_quad.perception.stair_profile import MOST_STEPS, OVERHANG, RUN, YAW
-from drake_quad.perception.stair_search import LEAST_STEPS, FoundStairs, find_stairs
+from drake_quad.perception.stair_search import FoundStairs, find_stairs
 from drake_quad.perception.touchdown import FootContact, refine_by_touchdown, tread_under
 
 LEAST_PLACE = 0.12  # [m] nearer than this a nosing is below the camera and out of its view
 TRACKING = (8.0, 6.0)
+RENEWED = (25.0, 12.0, 8.0, 6.0)  # of a flight that has not been in view for long
 TRACKED = 2  # of so many pixels a tracking frame takes one: what they share is what errs
 SEED = 20260  # chooses the points that a search looks at: the same image gives the same stairs
 FOOT_SIGMA = 0.005  # [m] deviation of a foot's height over the camera, from the legs' kinematics
 FOOT_PLACE_SIGMA = 0.01  # [m] the same of its place along the climb
 CONTRADICTED = 4.0  # deviations between a foot's height and what was believed
+LIKE_BEFORE = 0.005  # [m] deviation of rise, run and overhang of a flight's further steps
+LAST_STEPS = 2  # that a search has to see of a flight that is known to be there
 KNOWN_STEP = 0.002  # [m] deviation of a known flight's rise, run and overhang
 KNOWN = read_only(np.zeros(3))  # deviations of what is known without error
-
-# Deviations of a single image's fit are multiplied by these. Fitted by
-# `python -m benchmarks.perception.stairs --scenes 240 --seed 1000 --calibrate`, on scenes
-# which no test and no table uses; factors below 1 are left at 1.
-FACTORS = {
-    "up": {"place": 1.0, "height": 1.25, "yaw": 1.16, "overhang": 1.0, "rise": 1.0, "run": 1.17},
-    "down": {"place": 1.0, "height": 1.25, "yaw": 1.0, "overhang": 1.0, "rise": 1.38, "run": 1.0},
-}
 
 
 @dataclass(frozen=True)
@@ -91,7 +87,7 @@ def make_belief(
     stamp: float,
     tilt: float,
     passed: int = 0,
-    factors: dict[str, dict[str, float]] | None = None,
+    factors: dict[str, float] | None = None,
 ) -> StairBelief:
     """The belief in W of stairs that were fitted in L.
 
@@ -104,7 +100,8 @@ def make_belief(
         stamp: Time of the image [s].
         tilt: Deviation of the camera's heading on the robot [rad].
         passed: How many steps lie before those that were fitted.
-        factors: What deviations are multiplied by; `FACTORS` unless told.
+        factors: What deviations are multiplied by, by quantity; unless told, those that
+            `calibration` has for such stairs.
     """
     fit, n = found.fit, found.fit.shape.steps
     base = 2 * n + 1
@@ -121,7 +118,7 @@ def make_belief(
     rise, run = (float(x) for x in (M @ fit.theta)[base + 2 :])
     covariance = (M @ fit.covariance @ M.T) * max(1.0, fit.spread) ** 2
     covariance[base, base] += tilt**2 + float(pose.turn_sigmas[2]) ** 2
-    scale = (FACTORS if factors is None else factors)["up" if fit.shape.up else "down"]
+    scale = factors_of(fit) if factors is None else factors
     by = np.array(
         [scale["place"]] * n
         + [scale["height"]] * (n + 1)
@@ -149,6 +146,14 @@ def make_belief(
         right=found.right,
         left=found.left,
     )
+
+
+def factors_of(fit: StairFit) -> dict[str, float]:
+    """What the deviations of a fit in L are multiplied by."""
+    kind = kind_of_stairs(
+        fit.places, fit.heights, overhang=fit.other(OVERHANG), is_open=fit.shape.is_open
+    )
+    return deviation_factors(kind, camera_height=-float(fit.heights[0]))
 
 
 def in_world(belief: StairBelief, pose: CameraPose) -> StairBelief:
@@ -219,7 +224,7 @@ class StairTracker:
         stamp: float = 0.0,
         last: StairBelief | None = None,
         feet: FloatArray | None = None,
-        least: int = LEAST_STEPS,
+        of: StairBelief | None = None,
     ) -> StairBelief | None:
         """The stairs that an image shows.
 
@@ -230,7 +235,9 @@ class StairTracker:
             last: The belief before; without one the stairs are searched for.
             feet: Points in W where feet stand, (k, 3) [m]; those farthest ahead tell the floor, and
                 those on treads that are told refine their heights.
-            least: How many steps up a search has to see.
+            of: A flight that the robot is known to be on. Its heading, rise, run, overhang and
+                kind of risers are believed, and its last two steps may be all that is left to see.
+                Without one a search has to see LEAST_STEPS steps up.
 
         Returns:
             The belief; None where nothing speaks for stairs.
@@ -240,15 +247,31 @@ class StairTracker:
         accuracy = replace(self._accuracy, tilt=tilt)
         frame = prepare_frame(depth, self._model, pose.R_LC, accuracy, rows=self._rows)
         priors = replace(self._priors, floor=self._floor(pose, feet))
+        if of is not None:
+            turn = (self._accuracy.tilt, float(pose.turn_sigmas[2]), of.sigma("yaw"))
+            priors = replace(
+                priors,
+                rise=(abs(of.rise), LIKE_BEFORE),
+                run=(of.run, LIKE_BEFORE),
+                overhang=(of.overhang, LIKE_BEFORE),
+                yaw=(of.yaw - pose.heading, float(np.linalg.norm(turn))),
+            )
         if last is not None:
-            tracked = self._track(frame, priors, pose, last, feet)
+            cutoffs = TRACKING if of is None else RENEWED
+            tracked = self._track(frame, priors, pose, last, feet, cutoffs)
             if tracked is not None:
                 found, passed = tracked
                 belief = make_belief(
                     found, pose, stamp=stamp, tilt=self._accuracy.tilt, passed=passed
                 )
                 return in_world(felt(belief, feet), pose)
-        searched = find_stairs(frame, priors, np.random.default_rng(SEED), least=least)
+        generator = np.random.default_rng(SEED)
+        if of is None:
+            searched = find_stairs(frame, priors, generator)
+        else:
+            searched = find_stairs(
+                frame, priors, generator, ways=(of.going_up,), opens=(of.is_open,), least=LAST_STEPS
+            )
         if searched is None:
             return None
         belief = make_belief(searched, pose, stamp=stamp, tilt=self._accuracy.tilt)
@@ -300,6 +323,7 @@ class StairTracker:
         pose: CameraPose,
         last: StairBelief,
         feet: FloatArray | None,
+        cutoffs: tuple[float, ...] = TRACKING,
     ) -> tuple[FoundStairs, int] | None:
         moved = float((pose.p_WC[:2] - last.origin) @ last.direction)
         aside = np.array([-last.direction[1], last.direction[0]])
@@ -325,7 +349,7 @@ class StairTracker:
         guess = StairFit(shape, theta, np.eye(len(theta)), 0.0, 1.0)
         inner = crop(frame, guess, (right - 0.03, left + 0.03))
         inner = keep_pixels(inner, np.arange(len(inner.rho)) % TRACKED == 0)
-        fit = fit_stairs(inner, shape, theta, priors, TRACKING)
+        fit = fit_stairs(inner, shape, theta, priors, cutoffs)
         if fit is None:
             return None
         table, _ = count_evidence(inner, fit, priors)

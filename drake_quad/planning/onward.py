@@ -15,7 +15,8 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import DrakeQuadError, InputError, PlanningError
 from drake_quad.math.rotations import rotations
 from drake_quad.perception.camera_model import CameraModel
-from drake_quad.perception.growing_map import nosings_in_view, trust
+from drake_quad.perception.growing_map import trust
+from drake_quad.perception.look_again import nosings_in_view
 from drake_quad.perception.stair_map import StairMap, unfinished
 from drake_quad.perception.stair_tracker import CameraPose
 from drake_quad.planning.clearance import check_shanks
@@ -196,6 +197,7 @@ def _to_a_look(
     known = float(found.places[found.trusted - 1]) if found.trusted else float(found.places[0])
     reason = ""
     fair: Onward | None = None
+    poor: Onward | None = None
     for goal, on_tread in stop_places(lane, settings, stance, known):
         if fair is not None and not on_tread:
             break
@@ -210,15 +212,25 @@ def _to_a_look(
         except PlanningError as problem:
             reason = reason or f"; {problem.reason}"
             continue
-        in_view = len(nosings_in_view(found, eyes.model, eyes.pose(plans[-1].end.body)))
+        pose = eyes.pose(plans[-1].end.body)
+        in_view = len(nosings_in_view(found, eyes.model, pose))
         # Behind the last nosing of a flight there is no further step that would be seen.
         least = GOOD_VIEW if found.doubt else LEAST_VIEW
-        if in_view < least or _farthest(lane, plans[0]) >= known:
+        if _farthest(lane, plans[0]) >= known:
             continue
         stretch = Onward(course, pace, tasks, goes_on=True)
+        if in_view < least:
+            if (
+                on_tread
+                and not found.doubt
+                and nosings_in_view(found, eyes.model, pose, further=1).size
+            ):
+                poor = poor or stretch
+            continue
         if in_view >= GOOD_VIEW:
             return stretch
         fair = fair or (stretch if on_tread else None)
+    fair = fair or poor
     if fair is not None:
         return fair
     raise PlanningError(

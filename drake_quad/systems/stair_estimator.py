@@ -10,8 +10,8 @@ from drake_quad.common import FloatArray
 from drake_quad.math.rotations import quaternion_rotation
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy
-from drake_quad.perception.growing_map import look_again
 from drake_quad.perception.level_beyond import Level, level_beyond
+from drake_quad.perception.look_again import look_again
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_tracker import CameraPose, StairTracker

@@ -120,7 +120,9 @@ def test_a_lane_keeps_its_heading_whatever_a_later_look_believes() -> None:
     more = grown(known, aside)
     assert more.yaw == known.yaw
     np.testing.assert_allclose(more.places[3:], ends)
-    assert np.all(more.place_errors[3:] > grown(known, seen).place_errors[3:])
+    count = len(known.places)  # what was known better before stays
+    assert np.array_equal(more.place_errors[:count], known.place_errors)
+    assert np.all(more.place_errors[count:] > grown(known, seen).place_errors[count:])
 
 
 def test_what_contradicts_the_map_is_refused() -> None:

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.perception.scenes import Scene, build_boxes, render
 from drake_quad.common import FloatArray
 from drake_quad.math.rotations import rotation_exp
+from drake_quad.perception.calibration import EVEN, deviation_factors
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
 from drake_quad.perception.depth_noise import (
@@ -15,7 +16,7 @@ from drake_quad.perception.depth_noise import (
     add_noise,
     draw_camera_errors,
 )
-from drake_quad.perception.stair_tracker import FACTORS, CameraPose, StairTracker
+from drake_quad.perception.stair_tracker import CameraPose, StairTracker
 
 MODEL = D435.model.decimated(2)
 
@@ -181,7 +182,7 @@ def test_what_the_place_and_heading_of_the_camera_lack_is_added_to_the_belief() 
     along = (0.01 * np.cos(known.yaw)) ** 2 + (0.5 * np.sin(known.yaw)) ** 2
     expected = np.zeros_like(more)
     expected[:n, :n], expected[n : 2 * n + 1, n : 2 * n + 1] = along, 0.02**2
-    at = 2 * n + 1
-    assert more[at, at] == pytest.approx((3e-3 * FACTORS["up"]["yaw"]) ** 2)
+    at, factors = 2 * n + 1, deviation_factors(EVEN, camera_height=0.95)
+    assert more[at, at] == pytest.approx((3e-3 * factors["yaw"]) ** 2)
     expected[at, at] = more[at, at]
     assert np.allclose(more, expected, atol=1e-12)

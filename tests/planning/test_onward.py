@@ -11,7 +11,8 @@ from growing_rig import DEEP, FIRST, RUN, eyes, first_map, flight, gait, standin
 from rig import paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.perception.growing_map import grow_map, nosings_in_view
+from drake_quad.perception.growing_map import grow_map
+from drake_quad.perception.look_again import nosings_in_view
 from drake_quad.perception.stair_map import StairMap, unfinished
 from drake_quad.planning import onward as onward_module
 from drake_quad.planning.mission import plan_mission
@@ -94,15 +95,29 @@ def test_a_map_that_is_complete_is_walked_to_its_end() -> None:
 
 
 def test_where_what_is_seen_runs_out_it_says_so() -> None:
-    """A robot that is as far up as it may go, and knows no more, has no way on."""
+    """A robot that is as far up as it may go, and knows no more, has no way on.
+
+    Before that it goes to where no known nosing is in view any more, but a further one would be.
+    """
     known, found = first_map(8), onward_on(8)
     plan = plan_mission(paper_robot(), found.course, found.settings, found.tasks, standing(known))
-    for doubt in ("", "0.84 m of the landing are seen"):
-        with pytest.raises(PlanningError, match=doubt or "how many steps there are is not known"):
-            plan_onward(
-                paper_robot(), gait(), replace(known, doubt=doubt), plan.plans[-1].end, eyes(),
-                lift_off_margin=0.02,
-            )  # fmt: skip
+    end = plan.plans[-1].end
+    with pytest.raises(PlanningError, match=r"0.84 m of the landing are seen"):
+        plan_onward(
+            paper_robot(), gait(), replace(known, doubt="0.84 m of the landing are seen"), end,
+            eyes(), lift_off_margin=0.02,
+        )  # fmt: skip
+    last = plan_onward(paper_robot(), gait(), known, end, eyes(), lift_off_margin=0.02)
+    assert last.goes_on
+    plan = plan_mission(paper_robot(), last.course, last.settings, last.tasks, end)
+    places = [s.swing.p_end[0] for s in plan.plans[0].contacts.steps]
+    assert np.max(places) < FIRST + 7 * RUN
+    end = plan.plans[-1].end
+    camera = eyes().pose(end.body)
+    assert not len(nosings_in_view(known, eyes().model, camera))
+    assert nosings_in_view(known, eyes().model, camera, further=1).tolist() == [8]
+    with pytest.raises(PlanningError, match="how many steps there are is not known"):
+        plan_onward(paper_robot(), gait(), known, end, eyes(), lift_off_margin=0.02)
 
 
 def test_errors_of_the_map_are_allowed_for() -> None:

@@ -1,0 +1,86 @@
+"""Looks from a flight's last treads, from where little of it is left to see."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from growing_rig import FIRST, RISE, RUN, first_map
+
+from benchmarks.perception.scenes import Scene, build_boxes, render
+from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
+from drake_quad.perception.camera_model import D435, level_rotation
+from drake_quad.perception.depth_frame import stereo_accuracy
+from drake_quad.perception.depth_noise import STEREO_NOISE, add_noise, draw_camera_errors
+from drake_quad.perception.growing_map import grow_map
+from drake_quad.perception.level_beyond import level_beyond
+from drake_quad.perception.look_again import look_again, nosings_in_view
+from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.stair_map import StairMap
+from drake_quad.perception.stair_tracker import CameraPose, StairTracker
+
+STEPS = 5
+MODEL = D435.model.turned()
+NO_FEET = np.zeros((0, 3))
+
+
+def look_from(
+    known: StairMap, x: float, height: float, pitch: float, seed: int, overhang: float = 0.0
+) -> tuple[StairBelief | None, FloatArray, CameraPose]:
+    """What is told of the even flight of five steps by a camera over its line, and the image."""
+    places, heights = FIRST + RUN * np.arange(STEPS) - x, RISE * np.arange(STEPS + 1.0)
+    boxes = build_boxes(places, heights, overhang=overhang)
+    scene = Scene("up", places, heights, 0.0, overhang, (0.8, 0.8), boxes)
+    R_WC, generator = level_rotation(pitch=np.radians(pitch)), np.random.default_rng(seed)
+    errors = draw_camera_errors(STEREO_NOISE, D435, MODEL, generator)
+    depth = add_noise(
+        render(scene, MODEL, R_WC, height), noise=STEREO_NOISE, errors=errors, camera=D435,
+        model=MODEL, generator=generator,
+    )  # fmt: skip
+    pose = CameraPose(R_WC, np.array([x, 0.0, height]))
+    tracker = StairTracker(model=MODEL, accuracy=stereo_accuracy(D435.disparity_scale()))
+    belief = look_again(tracker, depth, MODEL, pose, known, feet=NO_FEET, stamp=0.0)
+    return belief, depth, pose
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_one_last_step_is_seen_from_the_tread_before_it(seed: int) -> None:
+    """None of the map's four nosings is in view: the fifth is told, and that the flight ends."""
+    known = first_map(4)
+    belief, depth, pose = look_from(known, FIRST + 3.0 * RUN, 4 * RISE + 0.32, 38.0, seed)
+    assert not len(nosings_in_view(known, MODEL, pose))
+    assert nosings_in_view(known, MODEL, pose, further=1).tolist() == [4]
+    assert belief is not None and len(belief.places) == 1
+    level = level_beyond(depth, MODEL, pose, belief, landing=2.0)
+    grown = grow_map(known, belief, level, feet=NO_FEET, landing=2.0, reach=0.4, look=1)
+    assert grown.complete and len(grown.places) == STEPS
+    assert np.array_equal(grown.places[:4], known.places)
+    assert abs(grown.places[4] - FIRST - 4 * RUN) < 0.015
+    assert abs(grown.heights[4] - 5 * RISE) < 0.008
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_riser_higher_than_the_camera_is_no_step_yet(seed: int) -> None:
+    """Nothing is seen over it: it may be a wall. A known closed flight is not taken for open."""
+    known = first_map(4)
+    floor, stairs, landing = known.elements
+    known = replace(known, elements=(floor, replace(stairs, overhang=0.02), landing))
+    x, height = FIRST + 3.0 * RUN - 0.3, 5 * RISE - 0.03
+    belief, _, pose = look_from(known, x, height, 42.0, seed, overhang=0.02)
+    assert nosings_in_view(known, MODEL, pose).tolist() == [3]
+    assert belief is not None and not belief.is_open and len(belief.places) == 1
+    assert abs(belief.places[-1] + x - FIRST - 3 * RUN) < 0.015
+    assert abs(belief.heights[-1] - 4 * RISE) < 0.01
+
+
+def test_a_further_step_elsewhere_contradicts_the_map() -> None:
+    """A next step that lies half a run off is none that the map goes on with."""
+    known = first_map(4)
+    belief, _, _ = look_from(known, FIRST + 3.0 * RUN, 4 * RISE + 0.32, 38.0, 0)
+    assert belief is not None
+    for moved in (belief.places + 0.5 * RUN, belief.places - 0.5 * RUN):
+        with pytest.raises(PlanningError, match=r"contradicts|none of the steps"):
+            grow_map(
+                known, replace(belief, places=moved), None, feet=NO_FEET, landing=2.0, reach=0.4,
+                look=1,
+            )  # fmt: skip
