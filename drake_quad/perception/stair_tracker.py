@@ -14,6 +14,7 @@ from drake_quad.perception.stair_evidence import (
     count_evidence,
     crop,
     denied,
+    support,
     supported,
     told_apart,
     wall_from,
@@ -371,8 +372,11 @@ class StairTracker:
             return fit, None
         table, _ = count_evidence(frame, more, priors)
         n = more.shape.steps
+        # A step too many bends the others to make room for it, and more pixels are lost than won.
+        gained = support(frame, more, priors) > support(frame, fit, priors)
         if (
-            supported(table, n, more)
+            gained
+            and supported(table, n, more)
             and told_apart(frame, more, priors)
             and wall_from(frame, more, priors) is None
         ):
