@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, read_only
 from drake_quad.estimation.filter import correct_with, innovation_covariance
 from drake_quad.estimation.filter_state import (
     CAMERA,
@@ -22,16 +22,19 @@ from drake_quad.estimation.filter_state import (
 from drake_quad.jit import jit
 
 
-class Landmark(NamedTuple):
-    """A sighting as the kernel takes it; see `perception.landmarks.LandmarkSighting`.
+class LandmarkSighting(NamedTuple):
+    """By how much the estimated pose of the base is off, as one image of a mapped flight shows it.
+
+    All are what was estimated less what the map has. Arrays cannot be written to.
 
     Attributes:
-        stamp: Time of the image [s].
-        direction: Unit vector of the climb in W, (2,).
-        eye: Where the camera was estimated to be (3,) [m].
-        off: What was estimated less what the map has: along the climb [m], about the vertical
-            [rad], to the left [m] (3,).
-        covariance: Covariance of `off` (3, 3); inf for what was not seen.
+        stamp: Time at which the image was taken [s]; -inf for none.
+        direction: Unit vector of the climb in W by the map, (2,).
+        eye: Where the camera was estimated to be, in W (3,) [m].
+        off: Along the climb [m], about the vertical [rad], and to the left [m], (3,).
+        covariance: Covariance of `off`, (3, 3): of the image and the map alone, without that of
+            the estimated pose, and of how the camera is turned on the robot. `inf` for what was
+            not seen.
     """
 
     stamp: float
@@ -41,8 +44,17 @@ class Landmark(NamedTuple):
     covariance: FloatArray
 
 
+NO_SIGHTING = LandmarkSighting(
+    -np.inf,
+    read_only(np.array([1.0, 0.0])),
+    read_only(np.zeros(3)),
+    read_only(np.zeros(3)),
+    read_only(np.diag([np.inf] * 3)),
+)
+
+
 @jit
-def correct_by_landmark(m: FloatArray, landmark: Landmark, models: Record) -> int:
+def correct_by_landmark(m: FloatArray, landmark: LandmarkSighting, models: Record) -> int:
     """Corrects the robot's place along the ground and its heading, once by each sighting.
 
     The estimate is turned about the vertical and moved along the ground as one piece, feet and all.

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_quad.common import FloatArray, read_only
+from drake_quad.estimation.landmark_correction import LandmarkSighting
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.flight_sides import find_sides
 from drake_quad.perception.stair_belief import StairBelief
@@ -30,38 +31,6 @@ MAP_YAW = math.radians(0.1)  # [rad] the same of a nosing's direction
 MAP_SIDE = 0.003  # [m] the same of the place of a flight's sides
 MOST_OFF = 0.35  # of a run; farther off, a step might be taken for another
 UNSEEN = np.inf
-
-
-@dataclass(frozen=True)
-class LandmarkSighting:
-    """By how much the estimated pose of the base is off, as one image of a mapped flight shows it.
-
-    All are what was estimated less what the map has.
-
-    Attributes:
-        stamp: Time at which the image was taken [s]; -inf for none.
-        direction: Unit vector of the climb in W by the map, (2,).
-        eye: Where the camera was estimated to be, in W (3,) [m].
-        off: Along the climb [m], about the vertical [rad], and to the left [m], (3,).
-        covariance: Covariance of `off`, (3, 3): of the image and the map alone, without that of
-            the estimated pose, and of how the camera is turned on the robot. `inf` for what was
-            not seen.
-    """
-
-    stamp: float
-    direction: FloatArray
-    eye: FloatArray
-    off: FloatArray
-    covariance: FloatArray
-
-    def __post_init__(self) -> None:
-        for name in ("direction", "eye", "off", "covariance"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
-
-
-NO_SIGHTING = LandmarkSighting(
-    -np.inf, np.array([1.0, 0.0]), np.zeros(3), np.zeros(3), np.diag([UNSEEN] * 3)
-)
 
 
 @dataclass(frozen=True)
@@ -197,5 +166,9 @@ def sight_flight(
     covariance = M @ C @ M.T + np.diag([MAP_PLACE**2, MAP_YAW**2, unsure])
     direction = np.array([math.cos(mapped.belief.yaw), math.sin(mapped.belief.yaw)])
     return LandmarkSighting(
-        stamp, direction, np.array(pose.p_WC), np.array([shift, turn, aside]), covariance
+        stamp,
+        read_only(direction),
+        read_only(pose.p_WC),
+        read_only(np.array([shift, turn, aside])),
+        read_only(covariance),
     )

@@ -1,15 +1,14 @@
 """LandmarkFinder: depth images of the map's flights to corrections of the estimated pose."""
 
-from dataclasses import replace
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, read_only
+from drake_quad.estimation.landmark_correction import NO_SIGHTING
 from drake_quad.perception.camera_model import CameraModel
 from drake_quad.perception.depth_frame import DepthAccuracy
-from drake_quad.perception.landmarks import NO_SIGHTING, sight_flight
+from drake_quad.perception.landmarks import sight_flight
 from drake_quad.perception.stair_tracker import StairTracker
 from drake_quad.systems.depth_camera import NO_IMAGE, DepthImage
 from drake_quad.systems.stair_estimator import pose_at_capture
@@ -67,6 +66,7 @@ class LandmarkFinder(LeafSystem):
             self._tracker, image.depth, self._model, pose, self._course, stamp=image.stamp
         )
         if sighting is not None:
-            sighting = replace(sighting, covariance=self._alike * sighting.covariance)
+            covariance = read_only(self._alike * sighting.covariance)
+            sighting = sighting._replace(covariance=covariance)
             state.get_mutable_abstract_state(self._newest).set_value(sighting)
         return EventStatus.Succeeded()

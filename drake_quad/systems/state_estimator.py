@@ -14,8 +14,11 @@ from drake_quad.estimation.filter_state import (
     filter_model,
     initial_memory,
 )
-from drake_quad.estimation.landmark_correction import Landmark, correct_by_landmark
-from drake_quad.perception.landmarks import NO_SIGHTING, LandmarkSighting
+from drake_quad.estimation.landmark_correction import (
+    NO_SIGHTING,
+    LandmarkSighting,
+    correct_by_landmark,
+)
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
@@ -129,8 +132,7 @@ class StateEstimator(LeafSystem):
         out = tuple(value(index) for index in self._outputs)
         tops = self._tops if self._plan is None else self._tops_of(self._plan.Eval(context))
         if self._landmark is not None:
-            seen: LandmarkSighting = self._landmark.Eval(context)
-            landmark = Landmark(seen.stamp, seen.direction, seen.eye, seen.off, seen.covariance)
+            landmark: LandmarkSighting = self._landmark.Eval(context)
             memory = value(self._memory)
             correct_by_landmark(memory, landmark, self._model)
             value(self._landmark_state)[:] = memory[LANDMARKS : LANDMARK_OFF + 3]

@@ -19,7 +19,7 @@ from drake_quad.estimation.filter_state import (
     filter_model,
     initial_memory,
 )
-from drake_quad.estimation.landmark_correction import Landmark, correct_by_landmark
+from drake_quad.estimation.landmark_correction import LandmarkSighting, correct_by_landmark
 from drake_quad.math.rotations import rotation_exp
 
 SETTINGS = replace(
@@ -57,7 +57,7 @@ def astray(p: FloatArray, x: float, y: float) -> FloatArray:
 def seen(
     m: FloatArray, p: FloatArray, yaw: float, *, climb: float = 0.0,
     wrong: FloatArray | None = None, covariance: FloatArray = SIGHT, stamp: float = 1.0,
-) -> Landmark:  # fmt: skip
+) -> LandmarkSighting:  # fmt: skip
     """What an exact camera shows of the memory's errors, if the robot is at `p` (3,), `yaw`.
 
     `wrong` (3,) is added: what the camera has wrong ahead, about the vertical and aside.
@@ -69,7 +69,7 @@ def seen(
     apart = eye - (p + R_true @ CAMERA)
     c, s = np.cos(climb), np.sin(climb)
     off = np.array([c * apart[0] + s * apart[1], turned, c * apart[1] - s * apart[0]])
-    return Landmark(
+    return LandmarkSighting(
         stamp, np.array([c, s]), eye, off + (0.0 if wrong is None else wrong), covariance
     )
 

@@ -7,10 +7,11 @@ from rig import course_of
 
 from benchmarks.perception.scenes import Scene, build_boxes, render
 from drake_quad.common import FloatArray
+from drake_quad.estimation.landmark_correction import LandmarkSighting
 from drake_quad.math.rotations import rotation_exp
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
-from drake_quad.perception.landmarks import LandmarkSighting, flight_ahead, sight_flight
+from drake_quad.perception.landmarks import flight_ahead, sight_flight
 from drake_quad.perception.stair_tracker import CameraPose, StairTracker
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import Element

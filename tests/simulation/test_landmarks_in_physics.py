@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from drake_quad.estimation.filter_state import COVARIANCE, E_CAMERA, ERRORS, SIGHTED
-from drake_quad.perception.landmarks import LandmarkSighting
+from drake_quad.estimation.landmark_correction import LandmarkSighting
 from drake_quad.scenario.load import load_scenario, parse_scenario
 from drake_quad.simulation.diagram import stair_climb_of
 from drake_quad.simulation.prepare import prepare

@@ -7,9 +7,9 @@ from rig import course_of
 
 from benchmarks.perception.scenes import Scene, build_boxes, render
 from drake_quad.common import FloatArray, read_only
+from drake_quad.estimation.landmark_correction import NO_SIGHTING, LandmarkSighting
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.depth_frame import stereo_accuracy
-from drake_quad.perception.landmarks import NO_SIGHTING, LandmarkSighting
 from drake_quad.systems.depth_camera import DepthImage
 from drake_quad.systems.landmark_finder import LandmarkFinder
 from drake_quad.terrain.elements import Element

@@ -10,7 +10,7 @@ from rig import GRAVITY, fix_inputs, flat_course, model_layout, paper_robot, rea
 
 from drake_quad.common import FloatArray
 from drake_quad.estimation.filter_state import EstimatorSettings
-from drake_quad.perception.landmarks import NO_SIGHTING, LandmarkSighting
+from drake_quad.estimation.landmark_correction import NO_SIGHTING, LandmarkSighting
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.systems.state_estimator import StateEstimator
 
