@@ -28,6 +28,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.lane import Lane
 
+EDGE_ROOM = 0.002  # [m] beyond what the map may be off, that feet keep from edges
 SAME_PLACE = 0.03  # [m] from where a foot is to stand, within which it stays, on a flight
 
 
@@ -243,7 +244,7 @@ def foothold(
 
     The place itself on stairs; elsewhere the feet keep the gait's stance length P_x by an offset
     of ±(P_x - stance)/2, the stance of the pattern being 3/2 spacings in the two-tread gait. No
-    footprint is nearer to a nosing or riser than the foot is wide.
+    footprint is nearer to a nosing or riser than the foot is wide, and than the map may be off.
     """
     i = int(np.clip(k + lattice.behind, 0, len(lattice.s) - 1))
     below, above = max(i - 1, 0), min(i + 1, len(lattice.s) - 1)
@@ -264,7 +265,12 @@ def foothold(
             f"too narrow for a foot of {2 * foot_radius:.3f} m",
             place=float(lattice.s[i]),
         )
-    if rises:  # as far as the tread is deep enough
+    # Of an edge that may be off feet keep clear all the same, as far as the tread is deep enough.
+    unsure = settings.map_error_place + EDGE_ROOM - EDGE_CLEARANCE
+    if unsure > 0.0:
+        unsure = min(unsure, 0.5 * (high - low))
+        low, high = low + unsure, high - unsure
+    if rises:  # likewise
         high = max(high - settings.riser_setback, low)
     return float(np.clip(lattice.s[i] + offset, low, high))
 

@@ -191,8 +191,8 @@ class GaitConfig:
         0.0,
         "m",
         "How far the map's risers may be from where they are: swing feet keep this distance from "
-        "them. With `design: auto` shanks keep 0.7 of it more than else, where such a gait exists; "
-        "with a gait of your own set `gait.shank_room` for that",
+        "them, and footprints 2 mm more. With `design: auto` shanks keep 0.7 of it more than else, "
+        "where such a gait exists; with a gait of your own set `gait.shank_room` for that",
         not_negative(),
     )
     map_error_height: float = number(

@@ -24,7 +24,7 @@ from drake_quad.planning.task import (
     plan_task,
     riser_gap,
 )
-from drake_quad.planning.walk_footsteps import foothold, plan_walk_footsteps
+from drake_quad.planning.walk_footsteps import EDGE_ROOM, foothold, plan_walk_footsteps
 from drake_quad.robot.legs import LEGS
 from drake_quad.terrain.course import build_course
 from drake_quad.terrain.elements import Element
@@ -172,6 +172,24 @@ def test_footprints_give_way_to_a_riser_as_far_as_the_tread_is_deep_enough() -> 
         assert at[0.0] == pytest.approx(b - edge)
         assert at[0.02] == pytest.approx(b - edge - (0.02 if gives else 0.0))
         assert at[wide] == pytest.approx(a + edge if gives else b - edge)
+
+
+@pytest.mark.parametrize("going", ["up", "down"])
+@pytest.mark.parametrize("phase", [0.4, -0.4])
+def test_footprints_keep_off_edges_by_what_the_map_may_be_off(going: str, phase: float) -> None:
+    """Ahead and behind, as far as the tread is deep enough: else they stand on its middle."""
+    lane = stairs_course(going).lanes[0]
+    phases: dict[str, Any] = {"tread_phase_up": phase, "tread_phase_down": phase}
+    asked = PlanSettings(pattern=FootholdPattern(1, 3, 1), stride=0.25, **phases)
+    places = make_foothold_grid(lane, start=1.25, goal=6.25, spacing=0.25, behind=3, per_cycle=1)
+    a, b, _ = lane.treads(lane.flights[0])[0]
+    k = int(np.searchsorted(places.s, a)) - places.behind
+    for error, kept in ((0.0, EDGE_CLEARANCE), (0.005, EDGE_CLEARANCE), (0.02, 0.02 + EDGE_ROOM)):
+        at = foothold(lane, places, LEGS[0], k, replace(asked, map_error_place=error), BIG)
+        nearest = b - at if phase > 0.0 else at - a
+        assert nearest == pytest.approx(BIG + kept)
+    unknown = foothold(lane, places, LEGS[0], k, replace(asked, map_error_place=10.0), BIG)
+    assert unknown == pytest.approx(0.5 * (a + b))
 
 
 def test_small_feet_are_asked_for_no_more() -> None:
