@@ -21,6 +21,14 @@ FURTHER = 0.01  # [m] deviation of place and height of a step that is taken to f
 HEADING = 0.005  # [rad] deviation of a map's heading, beside the camera's and the robot's own
 
 
+def continued(known: StairMap, further: int) -> tuple[FloatArray, FloatArray]:
+    """Places and heights of a map's nosings, and of so many more like them that follow."""
+    more = np.arange(1.0, further + 1.0)
+    places = np.concatenate([known.places, known.places[-1] + more * known.run])
+    heights = np.concatenate([known.heights, known.heights[-1] + more * mean_rise(known)])
+    return places, heights
+
+
 def nosings_in_view(
     known: StairMap, model: CameraModel, pose: CameraPose, *, further: int = 0
 ) -> NDArray[np.intp]:
@@ -33,9 +41,7 @@ def nosings_in_view(
         further: How many steps like those of the map are looked for beyond its last one.
     """
     direction = np.array([np.cos(known.yaw), np.sin(known.yaw)])
-    more = np.arange(1.0, further + 1.0)
-    places = np.concatenate([known.places, known.places[-1] + more * known.run])
-    heights = np.concatenate([known.heights, known.heights[-1] + more * mean_rise(known)])
+    places, heights = continued(known, further)
     nosings = np.column_stack([known.origin + places[:, None] * direction, heights])
     _, down, ahead = ((nosings - pose.p_WC) @ pose.R_WC).T
     row = model.cy + model.fy * down / np.maximum(ahead, 1e-6)
@@ -120,11 +126,8 @@ def steps_ahead(known: StairMap, pose: CameraPose, *, offset: float, further: in
     lane = np.array([np.cos(known.yaw), np.sin(known.yaw)])
     here = float(lane_places(known, pose.p_WC))
     lateral = float((pose.p_WC[:2] - known.origin) @ np.array([-lane[1], lane[0]]))
-    more = np.arange(1.0, further + 1.0)
-    rise, unsure = mean_rise(known), [NORMAL_95 * FURTHER] * further
-    places = np.concatenate([known.places, known.places[-1] + more * known.run])
-    levels = np.concatenate([[known.floor], known.heights, known.heights[-1] + more * rise])
-    yaw = NORMAL_95 * HEADING
+    places, heights = continued(known, further)
+    unsure, yaw = [NORMAL_95 * FURTHER] * further, NORMAL_95 * HEADING
     halves = [*known.place_errors, *unsure, 0.0, *known.height_errors, *unsure, yaw, 0.0, 0.0, 0.0]
     half = 0.5 * (stairs.width or 0.0)
     return StairBelief(
@@ -132,10 +135,10 @@ def steps_ahead(known: StairMap, pose: CameraPose, *, offset: float, further: in
         origin=pose.p_WC[:2],
         passed=0,
         places=places - here,
-        heights=levels + offset,
+        heights=np.concatenate([[known.floor], heights]) + offset,
         yaw=known.yaw,
         overhang=stairs.overhang or 0.0,
-        rise=rise,
+        rise=mean_rise(known),
         run=known.run,
         covariance=np.diag(np.square(halves) / NORMAL_95**2),
         count_least=n,
