@@ -236,9 +236,9 @@ class StairTracker:
             last: The belief before; without one the stairs are searched for.
             feet: Points in W where feet stand, (k, 3) [m]; those farthest ahead tell the floor, and
                 those on treads that are told refine their heights.
-            of: A flight that the robot is known to be on. Its heading, rise, run, overhang and
-                kind of risers are believed, and its last two steps may be all that is left to see.
-                Without one a search has to see LEAST_STEPS steps up.
+            of: A flight that the robot is known to be on. Its heading, rise, run, kind of risers,
+                and an overhang if it has one, are believed, and its last two steps may be all that
+                is left to see. Without one a search has to see LEAST_STEPS steps up.
 
         Returns:
             The belief; None where nothing speaks for stairs.
@@ -254,7 +254,7 @@ class StairTracker:
                 priors,
                 rise=(abs(of.rise), LIKE_BEFORE),
                 run=(of.run, LIKE_BEFORE),
-                overhang=(of.overhang, LIKE_BEFORE),
+                overhang=(of.overhang, LIKE_BEFORE) if of.overhang > 0.0 else priors.overhang,
                 yaw=(of.yaw - pose.heading, float(np.linalg.norm(turn))),
             )
         if last is not None:
