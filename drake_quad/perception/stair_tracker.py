@@ -33,7 +33,8 @@ from drake_quad.perception.touchdown import FootContact, refine_by_touchdown, tr
 
 LEAST_PLACE = 0.12  # [m] nearer than this a nosing is below the camera and out of its view
 TRACKING = (8.0, 6.0)
-RENEWED = (25.0, 12.0, 8.0, 6.0)  # of a flight that has not been in view for long
+RENEWED = (60.0, 40.0, 25.0, 15.0, 8.0, 6.0)  # of a flight that has not been in view for long
+HELD = 3  # of these
 TRACKED = 2  # of so many pixels a tracking frame takes one: what they share is what errs
 SEED = 20260  # chooses the points that a search looks at: the same image gives the same stairs
 FOOT_SIGMA = 0.005  # [m] deviation of a foot's height over the camera, from the legs' kinematics
@@ -350,7 +351,9 @@ class StairTracker:
         guess = StairFit(shape, theta, np.eye(len(theta)), 0.0, 1.0)
         inner = crop(frame, guess, (right - 0.03, left + 0.03))
         inner = keep_pixels(inner, np.arange(len(inner.rho)) % TRACKED == 0)
-        fit = fit_stairs(inner, shape, theta, priors, cutoffs)
+        # The camera's errors stay as they are while a guess is centimetres off: they would bend.
+        held = 0 if cutoffs == TRACKING else HELD
+        fit = fit_stairs(inner, shape, theta, priors, cutoffs, held=held)
         if fit is None:
             return None
         table, _ = count_evidence(inner, fit, priors)
