@@ -259,8 +259,9 @@ class StairTracker:
                 yaw=(of.yaw - pose.heading, float(np.linalg.norm(turn))),
             )
         if last is not None:
-            cutoffs = TRACKING if of is None else RENEWED
-            tracked = self._track(frame, priors, pose, last, feet, cutoffs)
+            # A guess that is centimetres off would bend the camera's errors: they stay at first.
+            cutoffs, held = (TRACKING, 0) if of is None else (RENEWED, HELD)
+            tracked = self._track(frame, priors, pose, last, feet, cutoffs=cutoffs, held=held)
             if tracked is not None:
                 found, passed = tracked
                 belief = make_belief(
@@ -325,7 +326,9 @@ class StairTracker:
         pose: CameraPose,
         last: StairBelief,
         feet: FloatArray | None,
+        *,
         cutoffs: tuple[float, ...] = TRACKING,
+        held: int = 0,
     ) -> tuple[FoundStairs, int] | None:
         moved = float((pose.p_WC[:2] - last.origin) @ last.direction)
         aside = np.array([-last.direction[1], last.direction[0]])
@@ -351,8 +354,6 @@ class StairTracker:
         guess = StairFit(shape, theta, np.eye(len(theta)), 0.0, 1.0)
         inner = crop(frame, guess, (right - 0.03, left + 0.03))
         inner = keep_pixels(inner, np.arange(len(inner.rho)) % TRACKED == 0)
-        # The camera's errors stay as they are while a guess is centimetres off: they would bend.
-        held = 0 if cutoffs == TRACKING else HELD
         fit = fit_stairs(inner, shape, theta, priors, cutoffs, held=held)
         if fit is None:
             return None
