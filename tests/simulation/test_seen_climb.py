@@ -201,6 +201,16 @@ def test_stairs_right_ahead_are_seen_by_a_camera_held_upright() -> None:
     assert believed.shape == true.shape and np.abs(believed[:, 0] - true[:, 0]).max() < 0.04
 
 
+def test_images_are_as_small_as_the_scenario_asks() -> None:
+    """Of half the size they show the same three nosings, to 60 mm."""
+    p = prepared("perception.decimation=2")
+    assert p.sight is not None and not p.sight.refused
+    full = camera_of(p.scenario).model
+    assert p.sight.depth.shape == (full.height // 2, full.width // 2)
+    believed, true = p.course.nosings().mean(axis=1), p.world.nosings().mean(axis=1)
+    assert believed.shape == true.shape and np.abs(believed[:, 0] - true[:, 0]).max() < 0.06
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
