@@ -5,6 +5,8 @@ risers are believed to be those of the map, and the steps of the map are fitted 
 a search finds nothing that agrees with them.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,7 @@ from drake_quad.perception.stair_tracker import CameraPose, StairTracker
 
 NEAREST = 0.08  # [m] ahead of the camera, from which a nosing may be the first that is told
 FURTHER = 0.01  # [m] deviation of place and height of a step that is taken to follow
+BOARD = 0.04  # [m] height of a nosing's face, which stands before the riser
 HEADING = 0.005  # [rad] deviation of a map's heading, beside the camera's and the robot's own
 
 
@@ -64,7 +67,9 @@ def look_again(
 
     They are searched for anew, with the height of the ground before the first nosing from the map:
     that nosing may lie below the image, where the fit still has to have it. If that finds nothing
-    that agrees with the map, the steps of the map are fitted to the image, and one more.
+    that agrees with the map, the steps of the map are fitted to the image, and one more. A last
+    step that the map does not have is not told while its tread may be out of sight
+    (`without_doubtful_last`).
 
     Args:
         tracker: Searches.
@@ -96,12 +101,45 @@ def look_again(
         ground = np.array([[*pose.p_WC[:2], before + offset]])
         belief = tracker.update(depth, pose, stamp=stamp, feet=ground, of=flight)
         if belief is not None and _agrees(known, belief, offset):
-            return belief
+            return without_doubtful_last(belief, known, pose)
         other = other or belief
     belief = tracker.update(depth, pose, stamp=stamp, last=flight, of=flight)
     if belief is not None and _agrees(known, belief, offset):
-        return belief
+        return without_doubtful_last(belief, known, pose)
     return other
+
+
+def without_doubtful_last(
+    belief: StairBelief, known: StairMap, pose: CameraPose
+) -> StairBelief:
+    """A belief without its last step, if that is new and its tread may be out of sight.
+
+    Of a nosing that is a little above the camera there are pixels of its face and of the riser
+    behind it. The riser's upper end then fits as a nosing, lower by the height of the face and
+    further by the overhang. From the next tread the step is seen from above.
+
+    Args:
+        belief: What was seen, and agrees with the map.
+        known: The map; what it has is told again however it is seen.
+        pose: Pose of the camera.
+
+    Returns:
+        The belief, or it without its last step; then its end is not told either.
+    """
+    n = len(belief.places)
+    nosing = belief.origin + belief.places[-1] * belief.direction
+    mapped = float(lane_places(known, nosing)) <= known.places[-1] + 0.5 * known.run
+    if n < 2 or mapped or pose.p_WC[2] - belief.nosing_height(n - 1) > BOARD:
+        return belief
+    kept = np.delete(np.arange(2 * n + 5), [n - 1, 2 * n])
+    return replace(
+        belief,
+        places=belief.places[:-1],
+        heights=belief.heights[:-1],
+        covariance=belief.covariance[np.ix_(kept, kept)],
+        count_least=belief.count_least - 1,
+        count_most=None,
+    )
 
 
 def _agrees(known: StairMap, belief: StairBelief, offset: float) -> bool:
