@@ -22,6 +22,7 @@ from drake_quad.terrain.elements import DEFAULT_THICKNESS, TURNING_SPACE, WIDTH_
 
 SOURCE = "the map of what was seen"
 STUB = 0.1  # [m] of ground behind the last tread of a flight whose end is not known
+WIDTH_SEEN = 0.6  # [m] of the treads about the way ahead, to be seen in any case
 LEAST_OVERHANG = 0.003  # [m]; a map has risers straight under their nosings up to there
 
 
@@ -191,7 +192,7 @@ def make_stair_map(
     offset = belief.origin - standing
     places = behind + float(offset @ along) + belief.places
     lateral = float(offset @ aside)
-    width = check_width(width_about(lateral, belief.right, belief.left))
+    width = check_width(width_in_view(lateral, belief, level, reach=reach))
     width = min(width, width_of_steps(np.full(len(places), lateral), level))
     beyond = 0.0 if level is None else width_about(lateral, level.right, level.left)
     overhang = None
@@ -235,6 +236,29 @@ def unfinished(found: StairMap, doubt: str) -> StairMap:
 def sees_end(belief: StairBelief, level: Level | None) -> bool:
     """Whether it was seen where a flight ends: by its fit, or by the ground beyond it."""
     return belief.count_most == belief.count_least or (level is not None and level.ends_flight)
+
+
+def width_in_view(
+    lateral: float, belief: StairBelief, level: Level | None, *, reach: float
+) -> float:
+    """Width about the lane of a flight that is looked at for the first time [m].
+
+    A robot that stands askew sees little of the first steps on one side. Where no step is seen to
+    end on that side, and enough of the treads is seen, they are taken to be as wide as feet need.
+
+    Args:
+        lateral: How far the climb's line is to the left of the lane's [m].
+        belief: What was seen.
+        level: What was seen of the steps' ends; None if nobody has looked.
+        reach: How far from the lane's middle line feet are put down [m].
+    """
+    width = width_about(lateral, belief.right, belief.left)
+    if level is None or level.ends is None or width < WIDTH_SEEN:
+        return width
+    narrow_left = belief.left + lateral < -(belief.right + lateral)
+    if np.isfinite(level.ends[:, int(narrow_left)]).any():
+        return width
+    return max(width, WIDTH_MIN, 2.0 * reach)
 
 
 def check_width(width: float) -> float:

@@ -104,6 +104,29 @@ def test_the_map_is_no_wider_than_any_step_is_seen_to_be() -> None:
         made(belief(), DEEP._replace(ends=ends))
 
 
+def test_a_flight_cut_by_the_image_is_as_wide_as_feet_need() -> None:
+    """If 0.6 m of it are seen about the lane, and no step is seen to end on the narrower side.
+
+    So a robot that stands askew may start; the end of one step on the narrower side forbids it.
+    """
+    aside = np.array([-along(belief())[1], along(belief())[0]])
+    offset = float((CAMERA - STANDING) @ aside)  # of the climb's line, to the left of the lane's
+    ends = np.tile([-np.inf, np.inf], (N, 1))
+    ends[1, 0] = -1.0
+    for half, right in ((0.31, -0.9), (0.39, -0.9)):
+        seen = belief(left=half - offset, right=right)
+        level = DEEP._replace(ends=ends)
+        assert made(seen, level).elements[1].width == pytest.approx(0.8)
+        with pytest.raises(PlanningError, match=rf"only {2 * half:.2f} m of the treads"):
+            made(seen)  # nobody has looked where steps end
+        ended = ends.copy()
+        ended[2, 1] = 1.2
+        with pytest.raises(PlanningError, match=r"of the treads are seen"):
+            made(seen, DEEP._replace(ends=ended))
+    with pytest.raises(PlanningError, match=r"only 0\.58 m of the treads"):
+        made(belief(left=0.29 - offset), DEEP._replace(ends=ends))
+
+
 def test_the_plan_allows_for_the_widest_interval() -> None:
     """Places' half intervals are 1.96 deviations, and the yaw's errs where feet are put down."""
     seen = belief()
