@@ -109,9 +109,7 @@ def look_again(
     return other
 
 
-def without_doubtful_last(
-    belief: StairBelief, known: StairMap, pose: CameraPose
-) -> StairBelief:
+def without_doubtful_last(belief: StairBelief, known: StairMap, pose: CameraPose) -> StairBelief:
     """A belief without its last step, if that is new and its tread may be out of sight.
 
     Of a nosing that is a little above the camera there are pixels of its face and of the riser
