@@ -12,6 +12,7 @@ from chart_rig import made_up
 from compare_rig import files_of, study_of
 from rig import URL, paper_robot
 
+import drake_quad as dq
 from drake_quad.certificate.certify import CLAIMS, Certificate
 from drake_quad.certificate.failure import Failure
 from drake_quad.feasibility.chart import Span, chart_grid
@@ -21,7 +22,7 @@ from drake_quad.runs.result import RunResult
 from drake_quad.scenario.config import Scenario
 from drake_quad.sweep.compare import compare_sweeps
 from drake_quad.terrain.elements import Stairs
-from drake_quad.util.html import html_table
+from drake_quad.util.display import html_table
 
 NASTY, ESCAPED = "<b>&x</b>", "&lt;b&gt;&amp;x&lt;/b&gt;"
 SUMMARY: dict[str, Any] = {
@@ -33,6 +34,33 @@ SUMMARY: dict[str, Any] = {
     "simulated_time": 12.5,
     "assumes": "nothing",
 }
+
+
+def test_what_holds_much_is_a_line_in_a_python_session() -> None:
+    """A robot, a course, a scenario's plan, its certificate: the figures that matter, no arrays."""
+    prepared = dq.plan("case_study")
+    certificate = dq.certify(prepared)
+    things = [
+        (prepared.robot, "kg"), (prepared.course, "lane"), (prepared, "stairs"),
+        (prepared.plan, "tasks in"), (prepared.plan.plans[1], "static margin 0.0"),
+        (certificate, "certified for every time; static margin at least 0.0"),
+    ]  # fmt: skip
+    for thing, part in things:
+        line = repr(thing)
+        assert len(line) < 400 and "\n" not in line and "array(" not in line
+        assert line.startswith(f"<{type(thing).__name__}: ") and part in line
+
+
+def test_an_answer_is_a_line_in_a_python_session() -> None:
+    """Robot, stairs, and yes with its margin or no with its reason."""
+    stairs, robot = Stairs(0.17, 0.29, 7), paper_robot()
+    no = repr(Feasibility(Scenario(), None, "legs & knees", {}, robot, stairs))
+    assert robot.name in no and str(stairs) in no and "no plan was found: legs & knees" in no
+    plan: Any = SimpleNamespace(duration=83.2, dynamic=False)
+    designed: Any = SimpleNamespace(margin=0.0456, torque=0.25, plan=plan)
+    assert "yes, static margin 0.046 m" in repr(Feasibility(Scenario(), designed, "", {}))
+    result = RunResult("fell", "it fell", SUMMARY, pa.table({}), Scenario(description="a walk"))
+    assert repr(result) == "<RunResult: a walk; fell: it fell>"
 
 
 def test_a_table_escapes_names_and_values() -> None:

@@ -23,7 +23,7 @@ from drake_quad.planning.contact_plan import FootRoll
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.robot.model import RobotModel, ShankProfile
 from drake_quad.terrain.boxes import Box
-from drake_quad.util.html import html_table
+from drake_quad.util.display import html_table, one_line
 
 FORMAT = "drake_quad certificate"
 VERSION = 3
@@ -179,6 +179,13 @@ class Certificate:
         """The least of each figure over the plan, by CLAIMS; None where nothing is known of it."""
         least = self.proof.claims.min(axis=0).tolist()
         return {n: v if isfinite(v) else None for n, v in zip(CLAIMS, least, strict=True)}
+
+    def __repr__(self) -> str:
+        if self.failure is not None:
+            return one_line(self, "not certified", self.failure.reason)
+        margin = self.least["margin"]
+        told = "" if margin is None else f"static margin at least {margin:.4f} m"
+        return one_line(self, "certified for every time", told)
 
     def _repr_html_(self) -> str:
         """What is proven, or where the proof fails, where a notebook shows it."""

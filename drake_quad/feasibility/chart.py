@@ -14,6 +14,7 @@ from drake_quad.feasibility.standard_stairs import CHARTED, Standard
 from drake_quad.robot.loader import load_robot
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.terrain.elements import RISE_MAX, RUN_MAX, Stairs
+from drake_quad.util.display import one_line
 from drake_quad.util.numbers import is_finite_real
 from drake_quad.util.parallel import check_workers, map_in_processes
 
@@ -129,6 +130,11 @@ class StairChart:
     def as_dict(self) -> dict[str, Any]:
         """The chart as plain values, as chart.json holds them."""
         return {**asdict(self), "standards": [asdict(one) for one in self.standards]}
+
+    def __repr__(self) -> str:
+        climbed = sum(cell.margin is not None for cell in self.cells)
+        yes = f"{climbed} of {len(self.cells)} cells are climbed"
+        return one_line(self, self.name, yes, "" if self.complete else "not complete")
 
     def _repr_html_(self) -> str:
         """The picture of the chart, where a notebook shows it."""

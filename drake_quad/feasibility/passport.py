@@ -18,6 +18,7 @@ from drake_quad.robot.loader import load_robot
 from drake_quad.scenario.load import save_scenario
 from drake_quad.simulation.precompile import DESIGN, precompiling
 from drake_quad.terrain.elements import Stairs
+from drake_quad.util.display import one_line
 from drake_quad.util.files import write_whole
 from drake_quad.util.parallel import check_workers, map_in_processes
 
@@ -116,6 +117,10 @@ class Passport:
     def as_dict(self) -> dict[str, Any]:
         """The passport as plain values, as passport.json holds them."""
         return asdict(self)
+
+    def __repr__(self) -> str:
+        stairs = f"{len(self.entries)} kinds of stairs"
+        return one_line(self, self.name, stairs, "" if self.complete else "not complete")
 
     def _repr_html_(self) -> str:
         """The picture, where a notebook shows it."""

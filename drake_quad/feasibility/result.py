@@ -27,7 +27,7 @@ from drake_quad.scenario.build import course_of, mission_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import Stairs
-from drake_quad.util.html import html_table
+from drake_quad.util.display import html_table, one_line
 from drake_quad.util.parallel import map_in_processes
 
 MOST_MARGIN = GaitPreference()
@@ -254,6 +254,15 @@ class Feasibility:
         names = [(name,) for name in kinds_for(case)]
         found = map_in_processes(search, names, workers=workers, progress=progress)
         return sorted(found, key=lambda one: inf if one.share is None else abs(one.share))
+
+    def __repr__(self) -> str:
+        who = "" if self.robot is None else self.robot.name
+        where = self.scenario.description if self.stairs is None else str(self.stairs)
+        if self.designed is None:
+            return one_line(self, who, where, f"no plan was found: {self.reason}")
+        speed = "" if self.speed is None else f"{self.speed:.3f} m/s on the flight"
+        margin = f"yes, {margin_name(self.plan)} {self.designed.margin:.3f} m"
+        return one_line(self, who, where, margin, speed)
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""

@@ -23,6 +23,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.course import Course, ground_normals
 from drake_quad.terrain.lane import Lane
+from drake_quad.util.display import one_line
 
 # Of the controller's friction, that standing on a slope may take: moving takes some, too.
 HELD_BY_FRICTION = 0.9
@@ -47,6 +48,11 @@ class MissionPlan:
     starts: tuple[float, ...]
     planning_time: float
     dynamic: bool = False
+
+    def __repr__(self) -> str:
+        kind = "moves balanced by motion" if self.dynamic else ""
+        tasks = "1 task" if len(self.plans) == 1 else f"{len(self.plans)} tasks"
+        return one_line(self, f"{tasks} in {self.duration:.1f} s", kind)
 
     @property
     def duration(self) -> float:

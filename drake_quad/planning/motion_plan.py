@@ -5,6 +5,7 @@ that a compiled kernel takes them in one piece.
 """
 
 from dataclasses import dataclass, field, fields
+from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from drake_quad.robot.model import RobotModel
 from drake_quad.stability.margin_kinds import HULL
 from drake_quad.stability.support_polygon import stability_margins
 from drake_quad.terrain.course import Course
+from drake_quad.util.display import one_line
 
 ROUNDED = 2e-9  # [s] by which sampled times may be off the switches that they are
 SEGMENT_KINDS = ("stand", "transition", "wave", "trot", "spin")
@@ -145,6 +147,12 @@ class MotionPlan:
             body.control, body.knot, phases, self.duration, self.index, self.revision
         )
         object.__setattr__(self, "tables", tables)
+
+    def __repr__(self) -> str:
+        what = self.segments[0].name if self.segments else "nothing"
+        margin = "" if isnan(self.margin) else f"static margin {self.margin:.3f} m"
+        steps = f"{len(self.contacts.steps)} steps in {self.duration:.1f} s"
+        return one_line(self, f"task {self.index + 1}, from '{what}' on", steps, margin)
 
     def __deepcopy__(self, memo: object) -> "MotionPlan":
         """A plan never changes, so that Drake may copy a Context without copying the plan."""

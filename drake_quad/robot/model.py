@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from drake_quad.common import FloatArray
+from drake_quad.util.display import one_line
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,12 @@ class RobotModel:
     foot_friction: FloatArray = field(default_factory=lambda: np.full(4, np.nan))
     joint_friction: FloatArray = field(default_factory=lambda: np.zeros(12))
     source: str = ""
+
+    def __repr__(self) -> str:
+        return one_line(
+            self, self.name, f"{self.mass:.2f} kg", f"legs of {leg_length(self):.3f} m",
+            f"from {self.source or self.url}",
+        )  # fmt: skip
 
 
 def contact_friction(robot: RobotModel, friction: float) -> FloatArray:

@@ -18,6 +18,7 @@ from drake_quad.scenario.build import course_of, robot_of, world_of
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario
 from drake_quad.terrain.course import Course
+from drake_quad.util.display import one_line
 from drake_quad.util.files import (
     MOST_JSON,
     is_given,
@@ -71,6 +72,10 @@ class RecordedRun:
     def kinematic(self) -> bool:
         """Whether the robot was moved along its plan, without forces."""
         return _is_kinematic(self.summary, self.scenario)
+
+    def __repr__(self) -> str:
+        outcome = str(self.summary.get("outcome") or "no outcome")
+        return one_line(self, self.name, outcome, f"in {self.directory}")
 
     def _repr_html_(self) -> str:
         """The outcome and the figures that matter, where a notebook shows it."""

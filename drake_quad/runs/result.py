@@ -13,8 +13,8 @@ from drake_quad.runs.seen import IMAGE, SEEN, SeenRecord
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
 from drake_quad.stability.safety import margin_words
+from drake_quad.util.display import html_table, one_line
 from drake_quad.util.files import Write, is_number, write_together
-from drake_quad.util.html import html_table
 
 MADE_OF_THEM = ("report.html", "scene.lcmlog")  # what reports make of a run's files
 
@@ -55,6 +55,9 @@ class RunResult:
         directory.mkdir(parents=True, exist_ok=True)
         write_files(self, self.scenario, directory)
         return directory
+
+    def __repr__(self) -> str:
+        return one_line(self, self.scenario.description, f"{self.outcome}: {self.reason}")
 
     def _repr_html_(self) -> str:
         """The outcome and the figures that matter, where a notebook shows it."""

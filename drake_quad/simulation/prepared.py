@@ -11,6 +11,7 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.systems.disturbances import Disturbances
 from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.course import Course
+from drake_quad.util.display import one_line
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,3 +45,6 @@ class PreparedScenario:
     sight: Sight | None = None
     growth: Growth | None = None
     revisions: tuple[MapRevision, ...] = ()
+
+    def __repr__(self) -> str:
+        return one_line(self, self.scenario.description, repr(self.robot), repr(self.plan))

@@ -45,7 +45,7 @@ from drake_quad.sweep.statistics import (
 )
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.trials import count_trials
-from drake_quad.util.html import html_table
+from drake_quad.util.display import html_table, one_line
 
 SAME = ["index", "seed", "overrides"]  # columns by which a trial is the same
 
@@ -223,6 +223,9 @@ class Comparison:
         """The probability and its test, and what else explains the verdict."""
         chance = f"by chance with p = {self.p:.3g} ({self.test})" if self.test else ""
         return ": ".join(filter(None, (chance, self.why)))
+
+    def __repr__(self) -> str:
+        return one_line(self, self.verdict, "" if self.p is None else f"p = {self.p:.3g}", self.why)
 
     def _repr_html_(self) -> str:
         """Both rates and the verdict, where a notebook shows it."""

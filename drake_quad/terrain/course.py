@@ -23,6 +23,7 @@ from drake_quad.terrain.boxes import Box, Slab, first_overlap, make_box, move_fa
 from drake_quad.terrain.element_checks import check_elements
 from drake_quad.terrain.elements import DEFAULT_WIDTH, TURNING_SPACE, Element
 from drake_quad.terrain.lane import EDGE, Flight, Lane, flight_parts, reverse_lane
+from drake_quad.util.display import one_line
 
 
 class Layout:
@@ -188,6 +189,11 @@ class Course:
     turns: tuple[float, ...]
     boxes: tuple[Box, ...]
     returning: int = 0
+
+    def __repr__(self) -> str:
+        lanes = "1 lane" if len(self.lanes) == 1 else f"{len(self.lanes)} lanes"
+        flights = sum(len(lane.flights) for lane in self.lanes)
+        return one_line(self, lanes, f"{flights} flights", f"{len(self.boxes)} boxes")
 
     @property
     def outward(self) -> tuple[Lane, ...]:

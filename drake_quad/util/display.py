@@ -1,4 +1,4 @@
-"""Figures as HTML, where a notebook shows a result."""
+"""How results show themselves: in a line in a Python session, as a table in a notebook."""
 
 from collections.abc import Iterable
 
@@ -15,3 +15,9 @@ def html_table(rows: Iterable[tuple[str, str]]) -> str:
     from jinja2 import Environment  # only notebooks need it
 
     return Environment(autoescape=True).from_string(TABLE).render(rows=list(rows))
+
+
+def one_line(thing: object, *parts: str | None) -> str:
+    """What `repr` says of a result that holds too much to be listed; empty parts are left out."""
+    told = "; ".join(part for part in parts if part)
+    return f"<{type(thing).__name__}{': ' if told else ''}{told}>"
