@@ -63,6 +63,11 @@ def load_robot(url: str | Path) -> RobotModel:
     Raises:
         InputError: If there is no such robot, or it is no quadruped with abduction-hip-knee legs.
     """
+    if not isinstance(url, (str, Path)):
+        raise InputError(
+            source="robot", field="type", value=type(url).__name__,
+            remedy="must be a robot's name or file",
+        )  # fmt: skip
     url = str(url)
     file = normal_form(url)
     tolerance = IMPORTED if _is_imported(file) else EXACT
@@ -71,6 +76,7 @@ def load_robot(url: str | Path) -> RobotModel:
     instance = _parse(plant, file)
     plant.Finalize()
     root = read_xml(find_source(file).found.path, url)
+    camera = find_source(url).overrides.camera
     frictional = shapes_with_friction(root)
     robot = read_model(
         plant, scene_graph, instance, url=file, tolerance=tolerance, frictional=frictional
@@ -81,7 +87,7 @@ def load_robot(url: str | Path) -> RobotModel:
 
     friction = joint_friction(root, refuse)
     values = [friction.get(name, 0.0) for name in robot.joint_names]
-    return replace(robot, source=url, joint_friction=read_only(np.array(values)))
+    return replace(robot, source=url, joint_friction=read_only(np.array(values)), camera=camera)
 
 
 def normal_form(url: str) -> str:

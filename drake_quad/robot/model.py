@@ -9,7 +9,7 @@ order (abduction, hip pitch, knee) and zero with the leg straight down.
 `MakeModelPlant` gives the same robot as a MultibodyPlant without geometry for the controllers.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -78,6 +78,23 @@ class ThighStops:
         return self.paths.shape[1] == 0
 
 
+@dataclass(frozen=True)
+class CameraMount:
+    """Where a camera is mounted on the trunk.
+
+    Attributes:
+        x: How far ahead of B's origin it is [m].
+        y: How far to the left [m].
+        z: How far up [m].
+        pitch_deg: Angle of its optical axis below the horizon, B being level [deg].
+    """
+
+    x: float
+    y: float
+    z: float
+    pitch_deg: float
+
+
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """What planning and control need to know of a robot.
@@ -119,6 +136,7 @@ class RobotModel:
         joint_friction: Coulomb friction of the joints as the robot's file states it (12,) [Nm]; 0
             where it states none. Drake simulates none.
         source: Argument of `load_robot`: a name, a URL or a file. Empty for other robots.
+        camera: Where its depth camera is, if its `.robot.yaml` says so.
     """
 
     name: str
@@ -149,12 +167,35 @@ class RobotModel:
     foot_friction: FloatArray = field(default_factory=lambda: np.full(4, np.nan))
     joint_friction: FloatArray = field(default_factory=lambda: np.zeros(12))
     source: str = ""
+    camera: CameraMount | None = None
 
     def __repr__(self) -> str:
         return one_line(
             self, self.name, f"{self.mass:.2f} kg", f"legs of {leg_length(self):.3f} m",
             f"from {self.source or self.url}",
         )  # fmt: skip
+
+
+def differing_field(one: object, other: object) -> str | None:
+    """The first field in which two robots, or two parts of robots, differ; None if none does.
+
+    Args:
+        one: A robot, or a part of one.
+        other: Another of the same class.
+    """
+    for f in fields(one):  # type: ignore[arg-type]
+        a, b = getattr(one, f.name), getattr(other, f.name)
+        if is_dataclass(a) and type(a) is type(b):
+            inner = differing_field(a, b)
+            if inner is not None:
+                return f"{f.name}.{inner}"
+        elif isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+            numbers = np.asarray(a).dtype.kind == "f" and np.asarray(b).dtype.kind == "f"
+            if not np.array_equal(a, b, equal_nan=numbers):
+                return f.name
+        elif a != b:
+            return f.name
+    return None
 
 
 def contact_friction(robot: RobotModel, friction: float) -> FloatArray:

@@ -7,11 +7,11 @@ from drake_quad.util.schema import choice, number, positive, within
 FARTHEST_MOUNT = 2.0  # [m] of a camera from B's origin
 
 
-def _coordinate(axis: str, default: float) -> float:
+def _coordinate(axis: str, usual: str) -> float | None:
     """A coordinate of the camera on the trunk."""
-    text = f"{axis} of the camera in B"
+    text = f"{axis} of the camera in B; empty: as `camera` of its `.robot.yaml` says, else {usual}"
     bounds = within(-FARTHEST_MOUNT, FARTHEST_MOUNT)
-    coordinate: float = number(default, "m", text, bounds)
+    coordinate: float | None = number(None, "m", text, bounds)
     return coordinate
 
 
@@ -48,11 +48,15 @@ class PerceptionConfig:
         "With `estimator.landmarks: stairs`: time between the images of a robot that walks",
         within(0.1, 10.0),
     )
-    camera_x: float = _coordinate("x", 0.64)
-    camera_y: float = _coordinate("y", 0.0)
-    camera_z: float = _coordinate("z", 0.12)
-    camera_pitch_deg: float = number(
-        30.0, "deg", "Angle of its optical axis below the horizon, B being level", within(-30, 90)
+    camera_x: float | None = _coordinate("x", "0.03 m ahead of the trunk")
+    camera_y: float | None = _coordinate("y", "0")
+    camera_z: float | None = _coordinate("z", "0.05 m below the trunk's top")
+    camera_pitch_deg: float | None = number(
+        None,
+        "deg",
+        "Angle of its optical axis below the horizon, B being level; empty: as `camera` of its "
+        "`.robot.yaml` says, else 30",
+        within(-30, 90),
     )
     look_time: float = number(
         1.0,

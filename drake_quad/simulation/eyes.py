@@ -14,7 +14,7 @@ from drake_quad.perception.sight import MapRevision
 from drake_quad.planning.body_reference import robot_stance
 from drake_quad.planning.onward import Eyes
 from drake_quad.planning.problem import PlanSettings
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import CameraMount, RobotModel
 from drake_quad.robot.state import make_layout
 from drake_quad.scenario.build import generator_of
 from drake_quad.scenario.config import Scenario
@@ -32,7 +32,9 @@ CAMERAS = {"d435": D435, "d455": D455}
 PERIOD = 0.1  # [s] between images
 ALIKE_PERIOD = 0.5  # [s] between images for which the filter knows how many of them err alike
 LOOK_PERIOD = 0.5  # [s] between images that are looked at, at most
-MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes
+MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes, at least
+MOUNT_AWAY = 0.15  # [m] at most: on a bracket
+AHEAD, BELOW_TOP, USUAL_PITCH = 0.03, 0.05, 30.0  # [m] of the trunk, [deg]
 
 
 def camera_of(scenario: Scenario) -> StereoCamera:
@@ -51,15 +53,32 @@ def model_of(scenario: Scenario) -> CameraModel:
     return model.turned() if scenario.perception.camera_hold == "portrait" else model
 
 
-def mount_of(perception: PerceptionConfig) -> RigidTransform:
-    """Where the camera is meant to be mounted on the trunk: X_BC."""
-    R_BC = level_rotation(pitch=math.radians(perception.camera_pitch_deg))
-    place = [perception.camera_x, perception.camera_y, perception.camera_z]
-    return RigidTransform(RotationMatrix(R_BC), place)
+def usual_mount(robot: RobotModel) -> CameraMount:
+    """Where the camera is on a robot of which nobody says so: on the front of its trunk."""
+    front = max(float(robot.trunk_box[1, 0]), float(robot.geometry.p_BH[:, 0].max()))
+    height = max(float(robot.trunk_box[1, 2]) - BELOW_TOP, 0.0)
+    return CameraMount(round(front + AHEAD, 3), 0.0, round(height, 3), USUAL_PITCH)
+
+
+def camera_mount(perception: PerceptionConfig, robot: RobotModel) -> CameraMount:
+    """Where the camera is mounted: as the scenario says, else the robot, else as usual."""
+    own = robot.camera or usual_mount(robot)
+    said = (
+        perception.camera_x, perception.camera_y, perception.camera_z, perception.camera_pitch_deg,
+    )  # fmt: skip
+    usual = (own.x, own.y, own.z, own.pitch_deg)
+    return CameraMount(*(b if a is None else a for a, b in zip(said, usual, strict=True)))
+
+
+def mount_of(perception: PerceptionConfig, robot: RobotModel) -> RigidTransform:
+    """Where the camera is meant to be mounted on the robot's trunk: X_BC."""
+    mount = camera_mount(perception, robot)
+    R_BC = level_rotation(pitch=math.radians(mount.pitch_deg))
+    return RigidTransform(RotationMatrix(R_BC), [mount.x, mount.y, mount.z])
 
 
 def check_mount(perception: PerceptionConfig, robot: RobotModel, *, source: str) -> None:
-    """Sees that the camera is outside of the trunk, which it would see from within.
+    """Sees that the camera is on the trunk, and not inside it, from where it would see the trunk.
 
     Args:
         perception: Where the camera is.
@@ -67,19 +86,29 @@ def check_mount(perception: PerceptionConfig, robot: RobotModel, *, source: str)
         source: Name of the file, for the error.
 
     Raises:
-        InputError: It is inside, or nearer than MOUNT_ROOM.
+        InputError: It is inside, or nearer than MOUNT_ROOM; or farther away than MOUNT_AWAY.
     """
-    place = np.array([perception.camera_x, perception.camera_y, perception.camera_z])
+    mount, usual = camera_mount(perception, robot), usual_mount(robot)
+    place = np.array([mount.x, mount.y, mount.z])
+
+    def refuse(remedy: str) -> InputError:
+        return InputError(source=source, field="perception.camera_x", value=mount.x, remedy=remedy)
+
     for low, high in robot.trunk_boxes:
         if np.all(place > low - MOUNT_ROOM) and np.all(place < high + MOUNT_ROOM):
             ahead, above = (float(high[k]) + MOUNT_ROOM for k in (0, 2))
-            raise InputError(
-                source=source,
-                field="perception.camera_x",
-                value=perception.camera_x,
-                remedy=f"the camera would be inside the trunk: put it at {ahead:.3f} m or farther "
-                f"ahead, or at a camera_z of {above:.3f} m or more",
+            raise refuse(
+                f"the camera would be inside the trunk: put it at {ahead:.3f} m or farther "
+                f"ahead, or at a camera_z of {above:.3f} m or more"
             )
+    shapes = [*robot.trunk_boxes, *(np.stack([hip, hip]) for hip in robot.geometry.p_BH)]
+    away = min(float(np.linalg.norm(place - np.clip(place, *shape))) for shape in shapes)
+    if away > MOUNT_AWAY:
+        raise refuse(
+            f"the camera would be {away:.2f} m from the trunk, and {MOUNT_AWAY:g} m is the most: "
+            f"leave camera_x, camera_y and camera_z out, and it is at {usual.x:g}, {usual.y:g}, "
+            f"{usual.z:g} m"
+        )
 
 
 def AddEyes(
@@ -102,7 +131,7 @@ def AddEyes(
         MachineError: This machine cannot render.
     """
     scenario = prepared.scenario
-    camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
+    camera, X_BC = camera_of(scenario), mount_of(scenario.perception, prepared.robot)
     eyes, pose = _AddCamera(builder, prepared, period=PERIOD)
     estimator: StairEstimator = builder.AddSystem(
         StairEstimator(
@@ -142,7 +171,7 @@ def _AddCamera(
     scenario, robot = prepared.scenario, prepared.robot
     plant = builder.GetSubsystemByName("plant")
     controller = builder.GetSubsystemByName("controller")
-    camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
+    camera, X_BC = camera_of(scenario), mount_of(scenario.perception, robot)
     seen = AddRenderedWorld(
         builder, plant, robot=robot, world=prepared.world, disturbances=prepared.disturbances
     )
@@ -187,7 +216,7 @@ def AddLandmarks(builder: DiagramBuilder, prepared: PreparedScenario) -> Landmar
         MachineError: This machine cannot render.
     """
     scenario = prepared.scenario
-    camera, X_BC = camera_of(scenario), mount_of(scenario.perception)
+    camera, X_BC = camera_of(scenario), mount_of(scenario.perception, prepared.robot)
     period = scenario.perception.image_period
     eyes, _ = _AddCamera(builder, prepared, period=period)
     finder: LandmarkFinder = builder.AddSystem(
@@ -261,9 +290,9 @@ def _contacts(builder: DiagramBuilder) -> OutputPort:
     return monitor.GetOutputPort("contact_state_measured")
 
 
-def eyes_of(scenario: Scenario) -> Eyes:
-    """The scenario's camera, as the planner knows it."""
-    X_BC = mount_of(scenario.perception)
+def eyes_of(scenario: Scenario, robot: RobotModel) -> Eyes:
+    """The scenario's camera on the robot, as the planner knows it."""
+    X_BC = mount_of(scenario.perception, robot)
     return Eyes(
         model_of(scenario), X_BC.rotation().matrix(), X_BC.translation(),
         scenario.perception.look_time,

@@ -43,7 +43,7 @@ def look_around(prepared: PreparedScenario) -> Sight:
     image: DepthImage = estimator.GetInputPort("depth_measured").Eval(context)
     belief, level = report.belief, None
     if belief is not None and belief.going_up:
-        X_BC = mount_of(perception)
+        X_BC = mount_of(perception, prepared.robot)
         pose = pose_at_capture(image, X_BC.rotation().matrix(), X_BC.translation())
         level = level_beyond(
             image.depth, model_of(prepared.scenario), pose, belief, landing=perception.landing

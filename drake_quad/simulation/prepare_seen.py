@@ -217,7 +217,7 @@ def _plan_first_steps(
         map_error_height=own.map_error_height,
     )
     growth = Growth(
-        settings, eyes_of(scenario), scenario.controller.lift_off_margin,
+        settings, eyes_of(scenario, robot), scenario.controller.lift_off_margin,
         back_down=scenario.perception.no_way_on == "back_down",
     )  # fmt: skip
     onward = plan_onward(

@@ -194,6 +194,13 @@ SAID: dict[str, tuple[str, list[str]]] = {
     "a knee that does not bend": ("knee: [0, 1.0e-320]", ["knee", "apart"]),
     "knees aside": ("knees: sideways", ["knees = 'sideways'"]),
     "a front beyond a turn": ("forward_deg: 1.0e+308", ["forward_deg", "360"]),
+    "a camera without an angle": ("camera: {x: 1, y: 0, z: 0}", ["camera", "pitch_deg"]),
+    "a camera in millimetres": (
+        "camera: {x: 330, y: 0, z: 40, pitch_deg: 30}", ["camera.x = 330", "-2 and 2"]
+    ),
+    "a camera in words": (
+        "camera: {x: ahead, y: 0, z: 0, pitch_deg: 30}", ["camera.x = 'ahead'", "not a number"]
+    ),
     "three legs": ("legs: {FL: [a, b, c]}", ["legs", "FL, FR, RL, RR"]),
     "legs by numbers, too": ("legs: {FL: [a, b, c], 1: [a, b, c]}", ["legs", "FL, FR, RL, RR"]),
     "two joints": (LEGS.replace("FR: [a, b, c]", "FR: [a, b]"), ["legs.FR = ['a', 'b']"]),

@@ -17,7 +17,7 @@ from synthetic_robot import Quadruped
 from drake_quad.errors import InputError
 from drake_quad.robot.importer.pipeline import MAPPING
 from drake_quad.robot.loader import AddRobot, load_robot
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.model import CameraMount, RobotModel
 
 PLAIN = Quadruped()
 MESH = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
@@ -254,6 +254,10 @@ def test_collision_meshes_become_primitives_that_hold_them(tmp_path: Path) -> No
         ("knees: forward", lambda r: r.geometry.knee_sign.tolist() == [1, 1, 1, 1]),
         ("knees: {RL: forward}", lambda r: r.geometry.knee_sign.tolist() == [-1, -1, 1, -1]),
         ("name: rex", lambda r: r.name == "rex"),
+        (
+            "camera: {x: 0.3, y: 0, z: 5e-2, pitch_deg: 40}",
+            lambda r: r.camera == CameraMount(x=0.3, y=0.0, z=0.05, pitch_deg=40.0),
+        ),
         ("forward_deg: 180", lambda r: r.joint_names[0] == "RR_haa"),
     ],
 )  # fmt: skip

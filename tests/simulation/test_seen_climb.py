@@ -3,6 +3,7 @@
 The gait is given, and the looks are short: what is tested here is where the map comes from.
 """
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,15 +12,18 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from rig import paper_robot
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.robot.model import CameraMount
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_text
+from drake_quad.scenario.perception_config import PerceptionConfig
 from drake_quad.simulation import prepare_seen
 from drake_quad.simulation.diagram import StairClimb, stair_climb_of
-from drake_quad.simulation.eyes import AddEyes, camera_of
+from drake_quad.simulation.eyes import AddEyes, camera_mount, camera_of, mount_of
 from drake_quad.simulation.look import look_around
 from drake_quad.simulation.prepare import judge_plan, prepare
 from drake_quad.simulation.prepare_seen import LINGER, blind_scenario, plan_on_sight
@@ -260,6 +264,29 @@ def test_a_camera_inside_the_trunk_is_refused() -> None:
         prepare(scenario("perception.camera_x=0.5"), source="file.yaml")
     assert refused.value.source == "file.yaml" and refused.value.field == "perception.camera_x"
     assert "inside the trunk: put it at 0.6" in refused.value.remedy
+
+
+def test_a_camera_in_the_air_is_refused() -> None:
+    """The trunk ends 0.61 m ahead of its middle: the line says where a camera would be on it."""
+    with pytest.raises(InputError) as refused:
+        prepare(scenario("perception.camera_x=0.9"), source="file.yaml")
+    line = str(refused.value)
+    assert "camera_x = 0.9: the camera would be 0.29 m from the trunk, and 0.15 m is" in line
+    assert "it is at 0.64, 0, 0.12 m" in line
+
+
+def test_the_camera_is_where_scenario_robot_or_trunk_say() -> None:
+    """The scenario's coordinates count first, then the robot's own, then the front of its trunk."""
+    robot = paper_robot()
+    assert camera_mount(PerceptionConfig(), robot) == CameraMount(0.64, 0.0, 0.12, 30.0)
+    own = replace(robot, camera=CameraMount(0.45, 0.02, 0.2, 40.0))
+    assert camera_mount(PerceptionConfig(), own) == own.camera
+    told = PerceptionConfig(camera_z=0.25, camera_pitch_deg=20.0)
+    assert camera_mount(told, own) == CameraMount(0.45, 0.02, 0.25, 20.0)
+    X_BC = mount_of(told, own)
+    assert X_BC.translation().tolist() == [0.45, 0.02, 0.25]
+    ahead = X_BC.rotation().matrix()[:, 2]  # the optical axis
+    assert ahead == pytest.approx([np.cos(np.radians(20.0)), 0.0, -np.sin(np.radians(20.0))])
 
 
 def test_a_saved_run_looks_and_plans_anew_to_the_same_end() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from drake_quad.errors import InputError
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.robot.model import CameraMount
 from drake_quad.util.files import MOST_YAML, read_given_text
 from drake_quad.util.yaml_io import bare_as_numbers, parse_yaml
 
@@ -35,6 +36,7 @@ class Overrides:
             [rad].
         hip: Lower and upper limit, in normal form [rad].
         knee: How far it bends at least and at most, to its own side [rad].
+        camera: Where its depth camera is mounted on the trunk, in normal form.
     """
 
     model: str = ""
@@ -48,6 +50,7 @@ class Overrides:
     abduction: list[float] | None = None
     hip: list[float] | None = None
     knee: list[float] | None = None
+    camera: CameraMount | None = None
 
     def knee_side(self, short: str) -> float:
         """-1 for backward, +1 for forward, 0 if not given."""
@@ -95,6 +98,7 @@ NUMBERS = {
     "hip": (2, -2.0 * math.pi, 2.0 * math.pi, "rad"),
     "knee": (2, 0.0, math.pi, "rad, how far it bends at least and at most"),
 }
+CAMERA = {"x": 2.0, "y": 2.0, "z": 2.0, "pitch_deg": 90.0}  # the most of each, either way
 LEAST_RANGE = 0.01  # [rad] between a joint's limits
 
 Refuse = Callable[[str, object, str], InputError]
@@ -149,6 +153,8 @@ def read_overrides(path: Path) -> Overrides:
         given["knees"] = _knees(given["knees"], refuse)
     if "legs" in given:
         _check_legs(given["legs"], refuse)
+    if "camera" in given:
+        given["camera"] = _camera(given["camera"], refuse)
     return Overrides(**given)
 
 
@@ -179,6 +185,19 @@ def _knees(value: Any, refuse: Refuse) -> dict[str, str]:
     ):
         raise refuse("knees", value, "`forward` or `backward`, or one of them by leg (FL: ...)")
     return dict(sides)
+
+
+def _camera(value: Any, refuse: Refuse) -> CameraMount:
+    """Where the camera is."""
+    if not isinstance(value, dict) or set(value) != set(CAMERA):
+        raise refuse("camera", value, f"{', '.join(CAMERA)} are needed, in m and degrees")
+    figures = {}
+    for name, most in CAMERA.items():
+        (figures[name],) = _numbers(f"camera.{name}", value[name], 1, refuse)
+        if abs(figures[name]) > most:
+            remedy = f"must be within {-most:g} and {most:g}"
+            raise refuse(f"camera.{name}", value[name], remedy)
+    return CameraMount(**figures)
 
 
 def _check_legs(legs: Any, refuse: Refuse) -> None:
