@@ -14,7 +14,7 @@ from drake_quad.report.lcm_replay import play
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.runs.reader import RecordedRun
 from drake_quad.scenario.config import Scenario
-from drake_quad.scenario.load import load_scenario
+from drake_quad.scenario.load import checked_copy, load_scenario
 from drake_quad.scenario.validate import value_at
 from drake_quad.simulation.belief_proof import prove_believed
 from drake_quad.simulation.plan_report import (
@@ -27,6 +27,7 @@ from drake_quad.simulation.prepare import PreparedScenario, prepare
 from drake_quad.sweep.run import SweepRequest, run_sweep
 from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_loading import load_study_and_base
+from drake_quad.util.files import user_path
 
 if TYPE_CHECKING:
     from drake_quad.simulation.diagram import Visualize
@@ -36,9 +37,9 @@ def plan(scenario: Scenario | str | Path, overrides: Sequence[str] = ()) -> Prep
     """Plans a scenario's whole mission on paper.
 
     Args:
-        scenario: A scenario, or a shipped one's name or a file.
-        overrides: Fields to change in a scenario given by name or file, such as
-            `gait.pitch=slope`.
+        scenario: A scenario, or a shipped one's name or a file. A scenario is copied, and checked
+            as a file is.
+        overrides: Fields to change, such as `gait.pitch=slope`.
 
     Returns:
         Robot, course and plan; `simulate` runs it, `certify` proves what holds of it.
@@ -47,26 +48,31 @@ def plan(scenario: Scenario | str | Path, overrides: Sequence[str] = ()) -> Prep
         InputError: If something in the scenario cannot be.
         PlanningError: If there is no plan.
     """
+    if isinstance(overrides, str):
+        overrides = [overrides]
     if isinstance(scenario, Scenario):
-        return prepare(scenario)
+        return prepare(checked_copy(scenario, overrides))
     return prepare(load_scenario(scenario, list(overrides)), source=str(scenario))
 
 
-def certify(prepared: PreparedScenario) -> Certificate:
+def certify(prepared: PreparedScenario | Scenario | str | Path) -> Certificate:
     """Proves what holds of a plan at every time: margin, clearances, joint limits, torques.
 
     The scenario's `certify` says how much margin and clearance is asked for.
 
     Args:
-        prepared: What `plan` returned.
+        prepared: What `plan` returned, or what it takes.
 
     Returns:
         The certificate; its `failure` is None if everything asked for is proven.
 
     Raises:
-        InputError: If the plan's swings go along arcs, or two legs swing at once: of neither is
-            anything proven.
+        InputError: If something in the scenario cannot be; or if the plan's swings go along arcs,
+            or two legs swing at once: of neither is anything proven.
+        PlanningError: If there is no plan.
     """
+    if not isinstance(prepared, PreparedScenario):
+        prepared = plan(prepared)
     found, certificate = certify_plan(prepared)
     if certificate is None:
         field, other = "spin.swing_path", "chord"
@@ -82,12 +88,15 @@ def certify(prepared: PreparedScenario) -> Certificate:
 
 
 def report_plan(
-    scenario: Scenario, *, source: str = "scenario", out: Path | None = None
+    scenario: Scenario | str | Path,
+    *,
+    source: str = "scenario",
+    out: str | Path | None = None,
 ) -> dict[str, Any]:
     """Plans a scenario, judges the plan, and certifies it, for `drake-quad plan`.
 
     Args:
-        scenario: A scenario, loaded and checked.
+        scenario: A scenario, or a shipped one's name or a file.
         source: Name of its file, for errors.
         out: Directory for plan.json and certificate.json, if they are to be written.
 
@@ -100,6 +109,8 @@ def report_plan(
         InputError: If something in the scenario cannot be, or a file cannot be written.
     """
     doubts: list[str] = []
+    if not isinstance(scenario, Scenario):
+        scenario, source = load_scenario(scenario), str(scenario)
     try:
         prepared = prepare(scenario, source=source)
         doubts = all_doubts(prepared.robot)
@@ -109,7 +120,7 @@ def report_plan(
         found, certificate = describe_failure(error) | {"belief": []}, None
     found["doubts"] = doubts
     if out is not None:
-        write_plan(found, certificate, out)
+        write_plan(found, certificate, user_path(out))
     return found
 
 
@@ -189,7 +200,7 @@ def run_study(
     resume: bool = False,
     limit: int | None = None,
     replays: int = 0,
-    page: Path | None = None,
+    page: str | Path | None = None,
     console: Console | None = None,
     stop: Callable[[], bool] = lambda: False,
     ready: Callable[[], object] = lambda: None,
@@ -216,13 +227,13 @@ def run_study(
         InputError: If anything given cannot be used.
     """
     asked = SweepRequest(
-        study=Path(study),
-        out=Path(out),
+        study=user_path(study),
+        out=user_path(out),
         workers=workers if workers is not None else os.cpu_count() or 1,
         dask=dask,
         resume=resume,
         limit=limit,
         replays=replays,
-        page=page,
+        page=None if page is None else user_path(page),
     )
     return run_sweep(asked, console or Console(stderr=True), stop, ready)

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
+from drake_quad.errors import InputError
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.flight import Around
@@ -20,7 +21,10 @@ from drake_quad.feasibility.passport import (
 from drake_quad.feasibility.passport_page import PASSPORT, write_passport
 from drake_quad.feasibility.result import Feasibility
 from drake_quad.gait_design.preference import BALANCE, GaitPreference
-from drake_quad.robot.model import RobotModel
+from drake_quad.robot.loader import load_robot
+from drake_quad.robot.model import RobotModel, differing_field
+from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import checked_copy
 from drake_quad.scenario.motion_config import PREFER
 from drake_quad.stability.margin_kinds import HULL
 from drake_quad.terrain.elements import Stairs
@@ -69,6 +73,7 @@ def check_stairs(
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
+    _given(stairs, (Stairs,), "stairs", "must be Stairs, such as Stairs(rise=0.15, run=0.3)")
     return check_flight(
         _model_of(robot),
         stairs,
@@ -84,7 +89,7 @@ def check_stairs(
 
 def check_course(
     robot: Robot,
-    scenario: str | Path,
+    scenario: Scenario | str | Path,
     *,
     margin: str = HULL,
     prefer: str | None = None,
@@ -96,7 +101,8 @@ def check_course(
 
     Args:
         robot: A robot, or its name or file.
-        scenario: A shipped scenario's name or a file; its robot and its gait do not count.
+        scenario: A scenario, or a shipped one's name or a file; its robot and its gait do not
+            count.
         margin: Region that the static margin is measured in: `hull`, `friction` or `feasible`.
         prefer: What the gait is to be good at, as for `check_stairs`.
         speed: Speed on the flights that is enough [m/s].
@@ -106,9 +112,12 @@ def check_course(
     Raises:
         InputError: If robot or scenario cannot be used.
     """
+    if not isinstance(scenario, Scenario):
+        needed = "must be a scenario, a shipped one's name or a file"
+        scenario = _given(scenario, (str, Path), "scenario", needed)
     return design_for_course(
         _model_of(robot),
-        str(scenario),
+        checked_copy(scenario) if isinstance(scenario, Scenario) else scenario,
         margin=margin,
         preference=GaitPreference.asked(prefer, speed, min_margin, balance),
     )
@@ -146,6 +155,8 @@ def chart_stairs(
         InputError: If anything given cannot be used.
     """
     count_of = workers if workers is not None else os.cpu_count() or 1
+    for name, span in (("rises", rises), ("runs", runs)):
+        _given(span, (Span,), name, "must be a Span, such as Span(0.1, 0.2, 0.02)")
     grid_of(rises, runs, count)
     check_workers(count_of)
     ready()
@@ -249,5 +260,33 @@ def try_passport(
 
 
 def _model_of(robot: Robot) -> str:
-    """The robot as a scenario names it."""
-    return robot.source or robot.url if isinstance(robot, RobotModel) else str(robot)
+    """The robot as a scenario names it.
+
+    Raises:
+        InputError: It is no robot, or one that is not as its file has it any more: a scenario of
+            the answer, and processes that help, read the file.
+    """
+    if not isinstance(robot, RobotModel):
+        return _given(robot, (str, Path), "robot", "must be a robot, its name or its file")
+    model = robot.source or robot.url
+    changed = differing_field(robot, load_robot(model))
+    if changed is not None:
+        raise InputError(
+            source=robot.name,
+            field=changed,
+            value="changed in Python",
+            remedy=f"what counts is the robot's file, {model}: say there what is different, or in "
+            "a .robot.yaml beside it",
+        )
+    return model
+
+
+def _given(value: object, kinds: tuple[type, ...], what: str, remedy: str) -> str:
+    """A name or a file as text.
+
+    Raises:
+        InputError: It is neither.
+    """
+    if not isinstance(value, kinds):
+        raise InputError(source=what, field="type", value=type(value).__name__, remedy=remedy)
+    return str(value)

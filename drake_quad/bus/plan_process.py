@@ -11,6 +11,7 @@ import numpy as np
 from drake_quad.errors import PlanningError
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.plan_job import PlanJob
+from drake_quad.util.parallel import without_script
 
 GONE = "the process that makes plans has ended"
 
@@ -32,7 +33,8 @@ class PlanProcess:
         context = get_context("spawn")  # a fork would keep real-time priority and locked memory
         self._mine, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self.process.start()
+        with without_script():
+            self.process.start()
         theirs.close()
         self._asked: tuple[int, int] | None = None
         while self.ask(first) is None:

@@ -112,7 +112,7 @@ def _quick_margin(model: str, around: Around, margin: str, case: Case) -> float 
 
 def design_for_course(
     model: str,
-    scenario: str,
+    scenario: str | Scenario,
     *,
     margin: str = HULL,
     preference: GaitPreference = MOST_MARGIN,
@@ -124,7 +124,8 @@ def design_for_course(
 
     Args:
         model: Robot name or file.
-        scenario: A shipped scenario's name or a file; its robot and its gait do not count.
+        scenario: A scenario, or a shipped one's name or a file; its robot and its gait do not
+            count.
         margin: Region that the plan's margin is measured in, one of `KINDS`.
         preference: Whether the gait is to be quick, and how much margin it is to keep.
         nearest: Whether a reason says which rise would work; that takes a while.
@@ -136,9 +137,10 @@ def design_for_course(
     """
     check_preference(preference, margin)
     robot = load_robot(model)
-    given = load_scenario(scenario)
+    name = "scenario" if isinstance(scenario, Scenario) else scenario
+    given = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     asked = Scenario(
-        description=f"{robot.name} on the course of {Path(scenario).name}",
+        description=f"{robot.name} on the course of {Path(name).name}",
         course=given.course,
         mission=given.mission,
         start=given.start,
@@ -149,7 +151,7 @@ def design_for_course(
     asked.robot.model = _whole_path(model)
     asked.gait.margin = margin
     return _design(
-        asked, robot, source=scenario, preference=preference, nearest=nearest, note=note,
+        asked, robot, source=name, preference=preference, nearest=nearest, note=note,
         stopping=stopping,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from drake_quad.errors import InputError
 from drake_quad.feasibility.answers import answer_key, recall
 from drake_quad.gait_design.preference import BALANCE, GaitPreference
 from drake_quad.stability.margin_kinds import HULL
-from drake_quad.util.files import write_whole
+from drake_quad.util.files import user_path, write_whole
 from drake_quad.util.stopping import Stopping, never
 
 RISE, RUN, COUNT = 0.178, 0.28, 10  # a common indoor flight
@@ -64,10 +64,10 @@ class CheckRequest:
 def run_check(
     asked: CheckRequest,
     *,
-    save: Path | None = None,
-    proof: Path | None = None,
-    picture: Path | None = None,
-    curve: Path | None = None,
+    save: str | Path | None = None,
+    proof: str | Path | None = None,
+    picture: str | Path | None = None,
+    curve: str | Path | None = None,
     nearest: bool = True,
     changes: bool = False,
     workers: int | None = None,
@@ -102,6 +102,9 @@ def run_check(
         InputError: If anything given cannot be used, before any long work; or a file cannot be
             written, after `first` had the answer.
     """
+    save, proof, picture, curve = (
+        None if path is None else user_path(path) for path in (save, proof, picture, curve)
+    )
     key = ""
     if remembered and asked.scenario is None:
         # What cannot be used is remembered by no key: it is told of below.

@@ -259,14 +259,30 @@ class Feasibility:
         who = "" if self.robot is None else self.robot.name
         where = self.scenario.description if self.stairs is None else str(self.stairs)
         if self.designed is None:
-            return one_line(self, who, where, f"no plan was found: {self.reason}")
+            return one_line(self, who, where, self._answer)
         speed = "" if self.speed is None else f"{self.speed:.3f} m/s on the flight"
-        margin = f"yes, {margin_name(self.plan)} {self.designed.margin:.3f} m"
+        margin = f"{self._answer}, {margin_name(self.plan)} {self.designed.margin:.3f} m"
         return one_line(self, who, where, margin, speed)
+
+    @property
+    def _answer(self) -> str:
+        """Yes or no in words; also what was asked for, where the plan is not that."""
+        if self.designed is None:
+            return f"no plan was found: {self.reason}"
+        if self.fulfilled:
+            return "yes"
+        wanted, asked = [], self.preference
+        if asked.speed is not None:
+            wanted.append(f"at {asked.speed:g} m/s")
+        if asked.min_margin is not None:
+            wanted.append(f"with a margin of {asked.min_margin:g} m")
+        if asked.dynamic:
+            wanted.append("balanced by motion")
+        return f"yes, but not {' and '.join(wanted)}, as was asked"
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
-        rows = [("answer", "yes" if self.feasible else f"no plan was found: {self.reason}")]
+        rows = [("answer", self._answer)]
         if self.stairs is not None:
             rows.insert(0, ("stairs", str(self.stairs)))
         if self.robot is not None:

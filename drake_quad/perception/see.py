@@ -1,6 +1,7 @@
 """What stairs a depth image in a file shows: reading it, and telling them in plain figures."""
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -29,6 +30,7 @@ from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_fit import StairPriors
 from drake_quad.perception.stair_search import FoundStairs, find_stairs
 from drake_quad.perception.stair_tracker import SEED, CameraPose, make_belief
+from drake_quad.util.display import one_line
 from drake_quad.util.files import MIB, read_given
 
 MOST_IMAGE = 64 * MIB
@@ -56,6 +58,13 @@ class SeenStairs:
     belief: StairBelief | None
     frame: DepthFrame
     found: FoundStairs | None
+
+    def __repr__(self) -> str:
+        if self.belief is None:
+            return one_line(self, "no stairs")
+        many, way = self.belief.count_least, "up" if self.belief.going_up else "down"
+        rise, run = self.belief.rise, self.belief.run
+        return one_line(self, f"{many} or more steps {way}", f"{rise:.3f} m by {run:.3f} m")
 
 
 def read_depth_image(path: Path, *, scale: float) -> FloatArray:
@@ -97,11 +106,7 @@ def read_depth_image(path: Path, *, scale: float) -> FloatArray:
     values = np.where(np.isfinite(values) & (values > 0.0), values, 0.0) * scale
     if np.count_nonzero(values) < 0.02 * values.size:
         raise fail("depths", f"{np.count_nonzero(values)} pixels", "fewer than 2 % have a depth")
-    used = (values > NEAREST_DEPTH) & (values < FARTHEST_DEPTH)
-    if np.count_nonzero(used) < 0.02 * values.size:
-        told = f"{float(np.median(values[values > 0.0])):.4g} m in the median"
-        between = f"fewer than 2 % lie between {NEAREST_DEPTH:g} and {FARTHEST_DEPTH:g} m"
-        raise fail("depths", told, f"{between}; --scale says how long a unit of the image is")
+    _check_depths(values, fail, "--scale says how long a unit of the image is")
     return values
 
 
@@ -161,7 +166,12 @@ def see_stairs(
         tilt_error: Deviation of pitch and roll [rad].
         baseline: Baseline of a stereo camera [m], whose errors are then taken for a D435's; None
             for a camera of which nothing is known but what `UNKNOWN` says.
+
+    Raises:
+        InputError: The image is not one of that camera, holds no depths in metres, or the angle
+            is none in radians.
     """
+    _check_seen(depth, model, pitch)
     known = UNKNOWN if baseline is None else stereo_accuracy(model.fx * baseline)
     accuracy = replace(known, tilt=tilt_error)
     pose = CameraPose(level_rotation(pitch=pitch, roll=roll), np.zeros(3))
@@ -176,6 +186,42 @@ def see_stairs(
     if baseline is None:
         belief = scaled_by(belief, UNKNOWN_SCALE)
     return SeenStairs(belief, frame, found)
+
+
+def _check_seen(depth: FloatArray, model: CameraModel, pitch: float) -> None:
+    """Refuses an image in which stairs would be looked for in vain; see `see_stairs`.
+
+    Raises:
+        InputError: As there.
+    """
+
+    def fail(field: str, value: object, remedy: str) -> InputError:
+        return InputError(source="see_stairs", field=field, value=value, remedy=remedy)
+
+    if not isinstance(model, CameraModel):
+        remedy = "must be a CameraModel, such as parse_intrinsics makes"
+        raise fail("model", type(model).__name__, remedy)
+    if not isinstance(depth, np.ndarray) or depth.shape != (model.height, model.width):
+        told = getattr(depth, "shape", type(depth).__name__)
+        raise fail("depth", told, f"must be an array of {model.height} by {model.width}")
+    if not abs(pitch) <= 0.5 * np.pi:
+        raise fail("pitch", pitch, "must be radians, from -1.571 to 1.571")
+    _check_depths(depth, fail, "give metres")
+
+
+def _check_depths(depth: FloatArray, fail: Callable[..., InputError], remedy: str) -> None:
+    """Refuses an image of which hardly any pixel has a depth that a camera tells stairs by.
+
+    Raises:
+        InputError: It is such an image.
+    """
+    used = (depth > NEAREST_DEPTH) & (depth < FARTHEST_DEPTH)
+    if np.count_nonzero(used) >= 0.02 * depth.size:
+        return
+    known = depth[depth > 0.0]
+    told = f"{float(np.median(known)):.4g} m in the median" if known.size else "none"
+    between = f"fewer than 2 % lie between {NEAREST_DEPTH:g} and {FARTHEST_DEPTH:g} m"
+    raise fail("depths", told, f"{between}; {remedy}")
 
 
 def scaled_by(belief: StairBelief, sigma: float) -> StairBelief:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from math import inf, isfinite
+from math import inf, isfinite, isnan, nan
 
 import numpy as np
 
@@ -52,7 +52,14 @@ class MissionPlan:
     def __repr__(self) -> str:
         kind = "moves balanced by motion" if self.dynamic else ""
         tasks = "1 task" if len(self.plans) == 1 else f"{len(self.plans)} tasks"
-        return one_line(self, f"{tasks} in {self.duration:.1f} s", kind)
+        margin = "" if isnan(self.margin) else f"smallest margin {self.margin:.3f} m"
+        return one_line(self, f"{tasks} in {self.duration:.1f} s", margin, kind)
+
+    @property
+    def margin(self) -> float:
+        """Smallest margin of the plans in which something moves [m]; nan if nothing does."""
+        margins = [plan.margin for plan in self.plans if not isnan(plan.margin)]
+        return min(margins, default=nan)
 
     @property
     def duration(self) -> float:

@@ -118,7 +118,7 @@ class MotionPlan:
         body: The body's part.
         segments: What it is made of, in time order.
         margin: Smallest static margin that the body's program found [m] (sampled; `evaluate`
-            gives it at any time).
+            gives it at any time); nan of a task in which nothing moves.
         revision: Number of times that the task was planned anew while it was under way.
         margin_kind: Region that the margin is measured in, one of
             `stability.margin_kinds.KINDS`.

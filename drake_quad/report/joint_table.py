@@ -12,8 +12,8 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError
 from drake_quad.robot.mapping import read_mapping
-from drake_quad.runs.reader import LOG, RecordedRun
-from drake_quad.util.files import write_whole
+from drake_quad.runs.reader import LOG, RecordedRun, run_of
+from drake_quad.util.files import user_path, write_whole
 
 POSITION, SPEED, TORQUE = "", "_velocity", "_effort"  # after a joint's name
 BASE = ("base_x", "base_y", "base_z", "base_qw", "base_qx", "base_qy", "base_qz")
@@ -51,13 +51,15 @@ def joint_table(run: RecordedRun) -> tuple[list[str], FloatArray]:
     return [*names, *BASE], np.concatenate([*parts, _trunk_poses(run, mapping)], axis=1)
 
 
-def write_joint_table(run: RecordedRun, path: str | Path, *, option: str = "--csv") -> int:
+def write_joint_table(
+    run: RecordedRun | str | Path, path: str | Path, *, option: str = "--csv"
+) -> int:
     """Writes the table as CSV, and returns how many rows it has.
 
     Raises:
         InputError: As `joint_table`; or the file cannot be written.
     """
-    names, values = joint_table(run)
+    names, values = joint_table(run_of(run))
 
     def write(to: Path) -> None:
         with to.open("w", encoding="utf-8", newline="") as file:
@@ -66,7 +68,7 @@ def write_joint_table(run: RecordedRun, path: str | Path, *, option: str = "--cs
             rows.writerows([f"{x:.{DIGITS}g}" if np.isfinite(x) else "" for x in row]
                            for row in values.tolist())  # fmt: skip
 
-    write_whole(Path(path), write, option=option)
+    write_whole(user_path(path), write, option=option)
     return len(values)
 
 

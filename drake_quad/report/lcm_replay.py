@@ -17,7 +17,7 @@ from pydrake.lcm import DrakeLcm
 from drake_quad.errors import InputError
 from drake_quad.report.replay import AddReplay, quiet_meshcat
 from drake_quad.report.scene import MakeReplayScene, shown_samples
-from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.reader import RecordedRun, run_of
 from drake_quad.util.files import write_whole
 
 LOAD, DRAW = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
@@ -80,7 +80,7 @@ def write_scene_log(run: RecordedRun | str | Path, *, fps: float = 30.0) -> Path
     Raises:
         InputError: The directory holds no run.
     """
-    run = run if isinstance(run, RecordedRun) else load_run(run)
+    run = run_of(run)
     path = run.directory / SCENE_LOG
     write_whole(path, lambda p: write_lcm_log(p, scene_messages(run, fps=fps)))
     return path
@@ -147,7 +147,7 @@ def play(
         raise _refuse("speed", speed, "must be positive")
     if not fps > 0.0:
         raise _refuse("fps", fps, "must be positive")
-    run = directory if isinstance(directory, RecordedRun) else load_run(directory)
+    run = run_of(directory)
     if not len(run.log):
         raise _refuse("log", str(run.directory), "holds no sample to replay")
     try:

@@ -26,22 +26,24 @@ from drake_quad.runs.foxglove_messages import (
     turn,
 )
 from drake_quad.runs.foxglove_shapes import link_entities
-from drake_quad.runs.reader import LOG, RecordedRun
-from drake_quad.util.files import write_whole
+from drake_quad.runs.reader import LOG, RecordedRun, run_of
+from drake_quad.util.files import user_path, write_whole
 
 RATES = {"/tf": 50.0, "/joint_states": 200.0, "/scene": 25.0, "/margins": 200.0}  # [Hz] at most
 MARGINS = ("margin", "margin_planned", "zmp_margin", "margin_friction", "margin_capture",
            "push_budget", "gait_rate")  # fmt: skip
 
 
-def write_mcap(run: RecordedRun, path: str | Path, *, option: str = "--mcap") -> dict[str, int]:
+def write_mcap(
+    run: RecordedRun | str | Path, path: str | Path, *, option: str = "--mcap"
+) -> dict[str, int]:
     """Writes the run, and returns how many messages each topic has.
 
     Raises:
         InputError: The package `mcap` is not installed, the log has no sample, or the file cannot
             be written.
     """
-    path = Path(path)
+    run, path = run_of(run), user_path(path)
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:

@@ -55,7 +55,7 @@ from drake_quad.report.tables import (
     segment_rows,
     summary_rows,
 )
-from drake_quad.runs.reader import SCENARIO, RecordedRun, load_run
+from drake_quad.runs.reader import SCENARIO, RecordedRun, run_of
 from drake_quad.runs.summary_figures import look_up
 from drake_quad.scenario.build import disturbances_of
 from drake_quad.stability.safety import (
@@ -229,7 +229,7 @@ def write_report(directory: RecordedRun | str | Path, *, replay: bool = True) ->
     Raises:
         InputError: The directory holds no run.
     """
-    run = directory if isinstance(directory, RecordedRun) else load_run(directory)
+    run = run_of(directory)
     page = render(
         "report.html",
         css=Markup(read_css("report.css")),

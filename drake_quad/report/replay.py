@@ -27,7 +27,7 @@ from drake_quad.report.derived import find_least_margin
 from drake_quad.report.overlay import OVERLAY, Overlay, Regions
 from drake_quad.report.scene import MakeReplayScene, set_camera_and_lights, shown_samples
 from drake_quad.report.style import kind_colour, render
-from drake_quad.runs.reader import RecordedRun, load_run
+from drake_quad.runs.reader import RecordedRun, run_of
 from drake_quad.stability.margin_kinds import HULL
 from drake_quad.stability.safety import NO_SUPPORT, safe_margin
 
@@ -60,7 +60,7 @@ def AddReplay(
     Raises:
         InputError: The directory holds no run.
     """
-    run = run if isinstance(run, RecordedRun) else load_run(run)
+    run = run_of(run)
     meshcat.Delete(PREFIX)
     meshcat.Delete(OVERLAY)
     set_camera_and_lights(meshcat, run.world)
@@ -102,7 +102,7 @@ def make_replay_html(run: RecordedRun | str | Path, *, fps: float = 10.0) -> str
     Raises:
         InputError: The directory holds no run.
     """
-    run = run if isinstance(run, RecordedRun) else load_run(run)
+    run = run_of(run)
     with quiet_meshcat():
         meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
     frames = AddReplay(meshcat, run, fps=fps)

@@ -18,8 +18,8 @@ from drake_quad.errors import InputError
 from drake_quad.report.joint_table import BASE, SPEED, TORQUE, joint_table
 from drake_quad.report.mcap_export import RATES, margin_messages, marker_messages, picked
 from drake_quad.runs.foxglove_messages import WORLD, nanoseconds
-from drake_quad.runs.reader import RecordedRun
-from drake_quad.util.files import write_together
+from drake_quad.runs.reader import RecordedRun, run_of
+from drake_quad.util.files import user_path, write_together
 
 TF, JOINTS, COURSE, MARKERS = "/tf", "/joint_states", "/course", "/markers"
 MARGIN = "/margins/"  # before a margin's name
@@ -40,11 +40,13 @@ Message = tuple[str, int, Any]  # topic, time [ns], message
 Make = Callable[..., Any]  # makes a message of a type of ROS by the type's name
 
 
-def write_ros2_bag(run: RecordedRun, path: str | Path, *, option: str = "--ros2") -> dict[str, int]:
+def write_ros2_bag(
+    run: RecordedRun | str | Path, path: str | Path, *, option: str = "--ros2"
+) -> dict[str, int]:
     """Writes the run, and returns how many messages each topic has.
 
     Args:
-        run: The run.
+        run: The run, or its directory.
         path: Directory of the bag; two files in it are written, `metadata.yaml` and one of MCAP.
         option: Command-line option that asked for it, for the error.
 
@@ -52,7 +54,7 @@ def write_ros2_bag(run: RecordedRun, path: str | Path, *, option: str = "--ros2"
         InputError: The package rosbags is not installed, the log has no sample of the robot's
             joints, or the files cannot be written.
     """
-    path = Path(path)
+    run, path = run_of(run), user_path(path)
     try:
         from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         from rosbags.typesys import Stores, get_typestore

@@ -82,6 +82,15 @@ class RecordedRun:
         return summary_html(self.summary)
 
 
+def run_of(run: RecordedRun | str | Path) -> RecordedRun:
+    """A run, or the one in a directory.
+
+    Raises:
+        InputError: As for `load_run`.
+    """
+    return run if isinstance(run, RecordedRun) else load_run(run)
+
+
 def load_run(directory: str | Path) -> RecordedRun:
     """Reads a run's `scenario.yaml`, `log.parquet` and `summary.json`.
 
@@ -91,6 +100,11 @@ def load_run(directory: str | Path) -> RecordedRun:
         InputError: No such directory, no scenario in it, or one that cannot be used; or a log whose
             times are none of a run.
     """
+    if not isinstance(directory, (str, Path)):
+        raise InputError(
+            source="run", field="type", value=type(directory).__name__,
+            remedy="must be a run's directory; `save` of a RunResult writes one",
+        )  # fmt: skip
     directory = user_path(directory)
     if not is_given(directory / SCENARIO):  # a pipe there is told of as it is read
         there = "holds no scenario.yaml" if directory.is_dir() else "no such directory"

@@ -14,7 +14,7 @@ from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import save_scenario
 from drake_quad.stability.safety import margin_words
 from drake_quad.util.display import html_table, one_line
-from drake_quad.util.files import Write, is_number, write_together
+from drake_quad.util.files import Write, is_number, user_path, write_together
 
 MADE_OF_THEM = ("report.html", "scene.lcmlog")  # what reports make of a run's files
 
@@ -51,8 +51,7 @@ class RunResult:
         Raises:
             InputError: If they cannot be written, with the reason.
         """
-        directory = Path(directory)
-        directory.mkdir(parents=True, exist_ok=True)
+        directory = user_path(directory)
         write_files(self, self.scenario, directory)
         return directory
 

@@ -7,6 +7,7 @@ the tables of docs/scenario.md are made from them.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from pydrake.common.yaml import yaml_dump_typed
 from pydrake.multibody.plant import MultibodyPlantConfig
@@ -317,6 +318,20 @@ class SimulationConfig:
         if not isinstance(other, SimulationConfig):
             return NotImplemented
         return bool(yaml_dump_typed(self) == yaml_dump_typed(other))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a pickle holds: Drake's config structs, which have none, as their fields."""
+        structs = (MultibodyPlantConfig, SimulatorConfig)
+        return {
+            name: (type(value), {f.name: getattr(value, f.name) for f in value.__fields__})
+            if isinstance(value, structs) else value
+            for name, value in self.__dict__.items()
+        }  # fmt: skip
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            struct = isinstance(value, tuple)
+            setattr(self, name, value[0](**value[1]) if struct else value)
 
 
 @dataclass

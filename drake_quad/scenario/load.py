@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
@@ -15,7 +16,7 @@ from drake_quad.errors import InputError
 from drake_quad.robot.importer.sources import is_name
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.validate import check_scenario
-from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path
+from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path, write_whole
 from drake_quad.util.yaml_io import (
     conform,
     field_types,
@@ -180,6 +181,11 @@ def load_scenario(
         InputError: No such scenario, or anything in it that cannot be used: one line that names
             the file, the field's path, its value, and what would be right.
     """
+    if not isinstance(name_or_path, (str, Path)):
+        raise InputError(
+            source="scenario", field="type", value=type(name_or_path).__name__,
+            remedy="must be a shipped scenario's name or a file",
+        )  # fmt: skip
     name = str(name_or_path)
     path = _models() / f"{name}{SUFFIX}" if name in _shipped() else user_path(name)
     try:
@@ -218,6 +224,60 @@ def parse_scenario(
         apply_override(data, override)
     if "robot" in data and "design" not in data and not own_gait:
         data["design"] = "auto"
+    return _checked(data, parsed, source=source, base=base, here=here)
+
+
+def checked_copy(
+    scenario: Scenario, overrides: Sequence[str] = (), *, source: str = "scenario"
+) -> Scenario:
+    """A scenario that was made or changed in Python, checked as a file is, and copied.
+
+    Args:
+        scenario: The scenario; what is done with it later does not change the copy.
+        overrides: Overrides as for `load_scenario`.
+        source: What errors name as its origin.
+
+    Raises:
+        InputError: As for `load_scenario`; also of an attribute that no scenario has.
+    """
+    data = _plain(scenario, Scenario)
+    parsed = [parse_override(override) for override in overrides]
+    for override in parsed:
+        apply_override(data, override)
+    return _checked(data, parsed, source=source, base=None, here=None)
+
+
+def _plain(value: Any, schema: Any) -> Any:
+    """A scenario, or a part of one, as plain data, with all that somebody has set in it."""
+    schema, _ = unwrap_optional(schema)
+    fields = field_types(schema)
+    if fields is not None and isinstance(value, schema):
+        names = [*fields, *(name for name in getattr(value, "__dict__", ()) if name not in fields)]
+        return {
+            name: _plain(getattr(value, name), fields.get(name))
+            for name in names if hasattr(value, name)
+        }  # fmt: skip
+    if isinstance(value, (list, tuple)):
+        item = typing.get_args(schema)[0] if typing.get_origin(schema) is list else None
+        return [_plain(one, item) for one in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    return str(value) if isinstance(value, Path) else value
+
+
+def _checked(
+    data: dict[str, Any],
+    parsed: Sequence[Override],
+    *,
+    source: str,
+    base: Path | None,
+    here: Path | None,
+) -> Scenario:
+    """The scenario of plain data, to which the overrides have been applied.
+
+    Raises:
+        InputError: As for `load_scenario`.
+    """
     if data.get("design") == "auto":
         check_designed(parsed)
     own_model = any(override.covers("robot.model") for override in parsed)
@@ -238,8 +298,27 @@ def scenario_text(scenario: Scenario) -> str:
 
 
 def save_scenario(scenario: Scenario, path: str | Path) -> None:
-    """Writes the scenario in full, defaults filled in, to a YAML file."""
-    Path(path).write_text(scenario_text(scenario), encoding="utf-8")
+    """Writes the scenario in full, defaults filled in, to a YAML file.
+
+    Raises:
+        InputError: If the file cannot be written, or something in the scenario cannot be.
+    """
+    text = scenario_text(checked_copy(_a_scenario(scenario)))
+    write_whole(user_path(path), lambda to: to.write_text(text, encoding="utf-8"), option="path")
+
+
+def _a_scenario(given: object) -> Scenario:
+    """What was given, if it is a scenario.
+
+    Raises:
+        InputError: It is something else.
+    """
+    if isinstance(given, Scenario):
+        return given
+    raise InputError(
+        source="scenario", field="type", value=type(given).__name__,
+        remedy="must be a Scenario, such as load_scenario returns",
+    )  # fmt: skip
 
 
 def shipped_scenarios() -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from pydrake.systems.framework import Context
 
 from drake_quad import __version__
 from drake_quad.common import FloatArray
-from drake_quad.errors import DrakeQuadError
+from drake_quad.errors import DrakeQuadError, InputError
 from drake_quad.perception.sight import with_reason
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
@@ -34,6 +35,7 @@ from drake_quad.runs.result import RunResult
 from drake_quad.runs.seen import record_sight, seen_figures
 from drake_quad.runs.tracking import tracking_figures
 from drake_quad.scenario.config import Scenario
+from drake_quad.scenario.load import checked_copy, load_scenario
 from drake_quad.simulation.belief_proof import keeps_proof, prove_believed
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
@@ -108,7 +110,8 @@ def result_of(
             "python": platform.python_version(),
         },
     }
-    if summary["estimate"] is not None and summary["estimate"]["landmarks_seen"] == 0:
+    estimate = summary.get("estimate")  # a run that ends at once has none
+    if estimate is not None and estimate["landmarks_seen"] == 0:
         summary["assumes"] += ". It saw none of them: is there a flight ahead, and in its view?"
     if summary["seen"] is not None:
         summary["seen"]["box_kept"] = keeps_proof(summary)
@@ -219,7 +222,7 @@ Progress = Callable[[float, float], None]
 
 
 def simulate(
-    scenario: Scenario | PreparedScenario,
+    scenario: Scenario | PreparedScenario | str | Path,
     *,
     source: str = "scenario",
     progress: Progress | None = None,
@@ -231,7 +234,7 @@ def simulate(
     """Plans a scenario and simulates it (or replays its plan, if its mode is kinematic).
 
     Args:
-        scenario: Scenario, loaded and checked; or one that is planned already.
+        scenario: A scenario, a shipped one's name or a file; or what `plan` returned.
         source: Name of the file, for errors.
         progress: Called with the simulated time and the time that it is likely to come to [s].
         stop: Called now and then; the run stops where it returns true (Ctrl-C).
@@ -245,8 +248,20 @@ def simulate(
         PlanningError: If there is no plan on paper.
     """
     planned = scenario if isinstance(scenario, PreparedScenario) else None
+    if not isinstance(scenario, (Scenario, PreparedScenario)):
+        scenario, source = load_scenario(scenario), str(scenario)
     given = scenario.scenario if isinstance(scenario, PreparedScenario) else scenario
+    if planned is None:
+        given = checked_copy(given, source=source)
     kinematic = given.simulation.mode == "kinematic"
+    if kinematic and tracking is not None:
+        raise InputError(
+            source=source,
+            field="simulation.mode",
+            value="kinematic",
+            remedy="no controller is in a replay of the plan; leave `tracking` out, or take "
+            "physics",
+        )
     if kinematic:
         prepared = planned or prepare(given, source=source)
     else:

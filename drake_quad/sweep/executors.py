@@ -17,6 +17,7 @@ from typing import Any
 from drake_quad.errors import DrakeQuadError
 from drake_quad.sweep.study import Limits
 from drake_quad.sweep.trials import MACHINE, Trial, begin_process, guarded, lost, own_basis, work
+from drake_quad.util.parallel import without_script
 
 LOOK_PERIOD = 0.2  # [s] between looks at whether to stop
 PAUSE = 5.0  # [s] longest delay of a look; after a longer one, this process was paused
@@ -64,7 +65,8 @@ class Worker:
         # Ctrl-C reaches the new process too, before it has begun to ignore it.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
         try:
-            self._process.start()
+            with without_script():
+                self._process.start()
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         far.close()  # so that the pipe ends with the process

@@ -35,7 +35,7 @@ from drake_quad.sweep.study import Study
 from drake_quad.sweep.study_checks import MOST_TRIALS
 from drake_quad.sweep.study_loading import study_from
 from drake_quad.sweep.trials import run_command, sweep_command
-from drake_quad.util.files import is_number, read_given_table
+from drake_quad.util.files import is_number, read_given_table, user_path
 
 # Findings that the tables do not give.
 KEPT: dict[str, Kind] = {
@@ -55,7 +55,7 @@ COMMAND: dict[str, Kind] = {  # findings older than commit 3f6ff50 have none
 }
 
 
-def rebuild_report(directory: Path, page: Path | None = None) -> dict[str, Any]:
+def rebuild_report(directory: str | Path, page: str | Path | None = None) -> dict[str, Any]:
     """Writes report.html of a finished sweep again, and its section of a page.
 
     The figures are those of its tables and of the commit that made them.
@@ -70,6 +70,7 @@ def rebuild_report(directory: Path, page: Path | None = None) -> dict[str, Any]:
     Raises:
         InputError: There is no finished sweep, or a file cannot be written.
     """
+    directory, page = user_path(directory), None if page is None else user_path(page)
     if not (directory / FINDINGS).exists() and (directory / JOURNAL).exists():
         raise _unfinished(directory)
     kept = read_plain(directory, FINDINGS, KEPT, perhaps=COMMAND)

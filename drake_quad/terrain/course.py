@@ -172,7 +172,7 @@ FOUNDATION = 0.2  # [m] of solid below the lowest level
 BACK = 150.0  # [deg]; a turn by more leads back along the way that led to it
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Course:
     """A course, ready to plan on and to build.
 

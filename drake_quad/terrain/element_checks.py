@@ -152,6 +152,13 @@ def check_elements(
         foot_radius: Radius of the robot's feet [m]: a tread must be deeper than a foot.
         turning_space: Shortest landing on which the robot turns [m].
     """
+    many = isinstance(elements, Sequence) and not isinstance(elements, str)
+    for one in elements if many else [elements]:
+        if not many or not isinstance(one, Element):
+            raise InputError(
+                source=source, field="course", value=type(one).__name__,
+                remedy='must be a list of Elements, such as [Element("floor", length=2.0)]',
+            )  # fmt: skip
     if not elements:
         raise InputError(source=source, field="course", value=[], remedy="needs a floor at least")
     if len(elements) > ELEMENTS_MAX:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -46,9 +47,10 @@ def map_in_processes(
             progress(len(done), len(cells))
     else:
         with _pool(min(workers, len(cells)), stop) as pool:
-            pending: dict[Future[Result], int] = {
-                pool.submit(evaluate, *cell): k for k, cell in enumerate(cells)
-            }
+            with without_script():
+                pending: dict[Future[Result], int] = {
+                    pool.submit(evaluate, *cell): k for k, cell in enumerate(cells)
+                }
             while pending and not stop():
                 ready, _ = wait(pending, timeout=LOOK_PERIOD, return_when=FIRST_COMPLETED)
                 for future in ready:
@@ -70,6 +72,24 @@ def _result(future: Future[Result], workers: int) -> Result:
         raise InputError(
             source="--workers", field="workers", value=workers, remedy=remedy
         ) from None
+
+
+@contextmanager
+def without_script() -> Iterator[None]:
+    """Processes that are begun within do not run the script that this process was begun with.
+
+    They need nothing of it. `multiprocessing` has each import it, and a script that asks for
+    several processes at its top, not under `if __name__ == "__main__"`, would ask for more in each.
+    """
+    main = sys.modules["__main__"]
+    names = ("__spec__", "__file__")
+    kept = {name: main.__dict__[name] for name in names if name in main.__dict__}
+    main.__spec__ = None
+    main.__dict__.pop("__file__", None)
+    try:
+        yield
+    finally:
+        main.__dict__.update(kept)
 
 
 @contextmanager
