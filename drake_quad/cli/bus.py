@@ -138,7 +138,10 @@ def simulate(
     interface: InterfaceOption = None,
     domain: DomainOption = 1,
     i_am_ready: Annotated[
-        bool, typer.Option("--i-am-ready", help="Others on this network may hear false states.")
+        bool,
+        typer.Option(
+            "--i-am-ready", help="Publish false states on this network, where others may hear them."
+        ),
     ] = False,
     duration: Annotated[
         float | None, typer.Option(help="How long to simulate, in s; by default until Ctrl-C.")
@@ -164,7 +167,7 @@ def simulate(
     overrides: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Be the robot at the other end of a bus: physics, paced to the wall clock."""
+    """Simulate a robot that listens on a bus, paced to the wall clock."""
     from drake_quad.bus.faults import BusFaults
     from drake_quad.bus.processes import BusChoice, check_choice, prepare_for_bus
     from drake_quad.bus.robot_process import simulate_robot

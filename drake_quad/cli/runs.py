@@ -235,7 +235,9 @@ def export(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a finished run's joints as CSV, with the angles and axes of the robot's own file.
+    """Export a finished run as CSV, MCAP or a bag of ROS 2.
+
+    Angles and axes of the CSV's joints are those of the robot's own file.
 
     The columns are the time in s; each joint's angle in rad, speed in rad/s and torque in Nm; and
     the trunk's pose. With --mcap or --ros2: transforms, joints, markers and margins as MCAP, for

@@ -13,7 +13,7 @@ class GaitPhase(IntEnum):
 
     TASK: Index of the mission's task under way.
     TIME: Gait time in it [s].
-    RATE: How fast the gait clock runs: 1, or 0 while it waits.
+    RATE: How fast the gait clock runs, from 0 to 1; 0 while it waits.
     SEGMENT: Index of the segment in the task's plan.
     SWING_LEG: 1 to 4, or 0 while all four stand; of two legs both digits, see `swing_legs`.
     SWING_PHASE: s in [0, 1] of the swing, 0 while all four stand.

@@ -138,8 +138,9 @@ SIGNALS = (
            "its task", kind="int"),
     Signal("gait_time", "s", "Gait clock since the task began, or since its plan was made anew",
            "gait_phase", GaitPhase.TIME),
-    Signal("gait_rate", "", "1 while the gait clock runs, 0 while it waits (for a touchdown, a "
-           "margin, or a plan)", "gait_phase", GaitPhase.RATE),
+    Signal("gait_rate", "", "How fast the gait clock runs, from 0 to 1: 0 while it waits (for a "
+           "touchdown, a margin, or a plan), less than 1 while it slows for `margin_demanded`",
+           "gait_phase", GaitPhase.RATE),
     Signal("gait_waited", "s", "How long the clock has waited in all, for the feet and for "
            "recoveries", "gait_phase", GaitPhase.WAITED),
     Signal("gait_mode", "", "What the clock does: `run` (it may wait for a foot), `catch` (a foot "

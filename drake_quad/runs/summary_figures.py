@@ -80,9 +80,9 @@ SUMMARY = (
     Figure("reason", "", "What ended the run", "text"),
     Figure("safety.safe", "", "Whether the run was safe, which is more than to have reached the "
            "goal: it was reached, `margin.minimum` is at least `safety.margin_wanted`, three feet "
-           "bore throughout, nothing but feet touched, `swing_hit_samples` is 0, no foot slipped "
-           "by more than 0.01 m, and every push that the run came to was recovered from; null of "
-           "a kinematic replay",
+           "carried load throughout, nothing but feet touched, `swing_hit_samples` is 0, no foot "
+           "slipped by more than 0.01 m, and every push that the run came to was recovered from; "
+           "null of a kinematic replay",
            "verdict"),
     Figure("safety.margin_wanted", "m", "Least static margin of a safe run: 2.5 % of a leg, "
            "0.030 m of the shipped robot"),

@@ -21,8 +21,9 @@ out. What is left of a foot that is d_i inside of the side and h_i off its heigh
     fz_i (-d_i + μ √(h_i² + (ν d_i)²)),
 
 and the root over d_i is the gradient of the plane through the side and the foot. The sum is at most
-0, so u·c is at most the side's: q.e.d. Stairs of 0.18 x 0.28 m are 0.64 steep: friction counts from
-1.6 on. Where feet stand on tilted ground, on slopes or on nosings, there is no such law.
+0, so u·c is at most the side's: q.e.d. Stairs of 0.18 x 0.28 m are 0.64 steep: for feet that stand
+alike on their treads friction counts from 1.56 on, for others somewhat sooner. Where feet stand on
+tilted ground, on slopes or on nosings, there is no such law.
 """
 
 from dataclasses import dataclass

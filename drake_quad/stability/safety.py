@@ -88,7 +88,7 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
     put(least >= wanted, margin_words(least) if lost else _figure("margin", form, least))
     under = _number(summary, "time_under_three_feet")
     words = _figure("feet that bear", "{:.2f} s on fewer than three feet", under)
-    put(under == 0.0, "three feet bore throughout" if under == 0.0 else words)
+    put(under == 0.0, "three feet carried load throughout" if under == 0.0 else words)
     figure, form = "nonfoot_contact_time", "other contacts for {:.3f} s"
     if figure not in summary:  # older runs counted samples alone
         figure, form = "nonfoot_contact_samples", "other contacts in {:.0f} samples"

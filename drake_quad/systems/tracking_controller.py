@@ -251,6 +251,7 @@ class IkController(TrackingController):
             [(fx - cx, fy - cy, fz - cz) for fx, fy, fz in feet["place"].tolist()],
             load.tolist(),
             least=self._control.least_force,
+            friction=self._control.friction,
             normals=feet["normal"].tolist(),
         )
         stance = np.einsum("kji,kj->ki", feet["jacobian"], np.array(forces))

@@ -125,6 +125,21 @@ def test_base_off_its_place_is_pushed_back(axis: int, sign: float) -> None:
     np.testing.assert_allclose(total, expected, atol=1e-3)
 
 
+@pytest.mark.parametrize("friction", [0.1, 0.2])
+def test_feet_push_aside_no_more_than_the_friction_that_is_counted_on(friction: float) -> None:
+    """Far off its place the base asks for more: feet are at the edges of their cones, or within."""
+    sample = stand_plan().sample(0.0)
+    body = np.array(sample.body[0])
+    body[0] -= 0.1
+    state = state_of(body, sample.feet)
+    control = replace(CONTROL, friction=friction)
+    tick = Controller(IkController, stand_plan(), state, control=control).tick()
+    forces = forces_of(tick.torque, state)
+    loaded = forces[forces[:, 2] > 1.0]
+    share = np.hypot(loaded[:, 0], loaded[:, 1]) / loaded[:, 2]
+    assert len(loaded) >= 2 and share.max() == pytest.approx(friction, abs=1e-3)
+
+
 @pytest.mark.parametrize(("place", "sign"), [(3, 1.0), (3, -1.0), (4, 1.0), (4, -1.0)])
 def test_base_turned_off_its_heading_or_pitch_is_turned_back(place: int, sign: float) -> None:
     """The moment about the centre of mass is against the error, of the stiffness set."""
