@@ -198,6 +198,15 @@ def test_a_run_without_a_sample_ends_with_its_reason() -> None:
     assert dq.simulate(short, stop=lambda: True).outcome == "stopped"
 
 
+def test_a_column_that_the_log_has_not_is_refused(tmp_path: Path) -> None:
+    """By its name, with the one that is most like it; a run read back says how it ended."""
+    result = dq.simulate(dq.plan("flat_walk"), stop=lambda: True)
+    run = dq.load_run(result.save(tmp_path))
+    assert (run.outcome, run.reason) == (result.outcome, result.reason)
+    assert run.log["margin"].shape == (len(run.log),) and len(repr(run.log)) < 100
+    assert "did you mean margin?" in refused(lambda: run.log["margn"])
+
+
 def test_no_controller_of_ones_own_is_ignored() -> None:
     """A replay of the plan has none, and says so."""
     planned = dq.plan("flat_walk", ["simulation.mode=kinematic"])

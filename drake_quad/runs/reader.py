@@ -69,13 +69,22 @@ class RecordedRun:
         return str(self.summary.get("scenario") or self.scenario.description or self.directory.name)
 
     @property
+    def outcome(self) -> str:
+        """How it ended: `goal_reached`, `fell` or `stopped`; empty where the summary is lost."""
+        return str(self.summary.get("outcome") or "")
+
+    @property
+    def reason(self) -> str:
+        """What ended it; empty where the summary is lost."""
+        return str(self.summary.get("reason") or "")
+
+    @property
     def kinematic(self) -> bool:
         """Whether the robot was moved along its plan, without forces."""
         return _is_kinematic(self.summary, self.scenario)
 
     def __repr__(self) -> str:
-        outcome = str(self.summary.get("outcome") or "no outcome")
-        return one_line(self, self.name, outcome, f"in {self.directory}")
+        return one_line(self, self.name, self.outcome or "no outcome", f"in {self.directory}")
 
     def _repr_html_(self) -> str:
         """The outcome and the figures that matter, where a notebook shows it."""

@@ -9,8 +9,9 @@ import numpy as np
 import pyarrow as pa
 
 from drake_quad.common import BoolArray, FloatArray
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, did_you_mean
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.util.display import one_line
 from drake_quad.util.files import read_given_table
 
 ObjectArray = np.ndarray[Any, np.dtype[np.object_]]
@@ -56,8 +57,24 @@ class RunLog:
         """Simulated time, (N,) [s]."""
         return self.number("t")
 
+    def __getitem__(self, name: str) -> FloatArray:
+        """A column of numbers by its name, (N,) in its own unit; read-only.
+
+        Raises:
+            InputError: The log has no such column.
+        """
+        if name not in self.columns:
+            hint = did_you_mean(name, list(self.columns)) or "; docs/log_format.md lists them"
+            raise InputError(
+                source="log", field="column", value=name, remedy=f"no such column{hint}"
+            )
+        return self.number(name)
+
+    def __repr__(self) -> str:
+        return one_line(self, f"{len(self)} samples", f"{len(self.columns)} columns")
+
     def number(self, name: str) -> FloatArray:
-        """A column of numbers, (N,) in its own unit; read-only."""
+        """A column of numbers, (N,) in its own unit, nan where there is none; read-only."""
         try:
             values = np.asarray(self.columns[name], dtype=np.float64)
         except (KeyError, ValueError, TypeError):

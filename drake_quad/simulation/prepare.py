@@ -158,8 +158,8 @@ def _blame(scenario: Scenario, error: PlanningError, *, source: str) -> DrakeQua
         source=source,
         field="gait.body_height",
         value=scenario.gait.body_height,
-        remedy=f"out of the robot's reach: {error.reason}; take another body height or a "
-        "shorter stride",
+        remedy=f"out of the robot's reach: {error.reason}; take another body height, a "
+        "shorter stride, or `design: auto`, with which a gait is designed for the robot",
     )
 
 
