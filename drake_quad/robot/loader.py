@@ -16,6 +16,7 @@ from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 from drake_quad.common import GRAVITY, read_only
 from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
 from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
+from drake_quad.robot.importer.leg_frames import THINNEST
 from drake_quad.robot.importer.meshes import files_of_mesh
 from drake_quad.robot.importer.normal_form import TOO_STRONG, beyond_turns
 from drake_quad.robot.importer.overrides import Overrides
@@ -26,6 +27,7 @@ from drake_quad.robot.importer.sanitize import HEAVY
 from drake_quad.robot.importer.sources import files_named_in
 from drake_quad.robot.importer.spelling import check_spelling
 from drake_quad.robot.importer.stated_friction import joint_friction, shapes_with_friction
+from drake_quad.robot.importer.urdf_numbers import check_urdf
 from drake_quad.robot.importer.xml_io import read_xml
 from drake_quad.robot.model import RobotModel
 from drake_quad.util.files import MOST_MESH, MOST_TEXT, check_given, user_path
@@ -148,6 +150,7 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
         try:
             root = read_xml(Path(path), path)
             check_spelling(root, path)  # the parser passes over it
+            check_urdf(root, path)
             plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
             plant.RegisterAsSourceForSceneGraph(scene_graph)
             instance = _parse(plant, path)
@@ -160,6 +163,9 @@ def _is_normal(path: str, mtime: int, size: int) -> bool:
         return False  # the importer welds, locks and frees what there is beside the legs' joints
     if any(_is_point(plant.get_body(index)) for index in plant.GetBodyIndices(instance)):
         return False  # the importer reports it
+    feet = robot.foot_radius - robot.foot_smaller
+    if np.any(feet < THINNEST) or np.any(feet > 0.5 * robot.geometry.shank):
+        return False  # it refuses such feet
     if not min(robot.trunk_mass, *robot.link_mass[:, 2]) > 0.0:
         return False  # and refuses a trunk or a shank without mass
     if any(

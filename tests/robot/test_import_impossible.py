@@ -95,11 +95,11 @@ WRONG = {  # sample, what in it becomes what, and words of the line that refuses
         f'<keyframe><key qpos="nan{" 0" * 18}"/></keyframe><worldbody>',
         "r.xml: key.qpos",
     ),
-    "URDF mass below 0": (U, 'mass value="9.0"', 'mass value="-9.0"', "body: mass = '-9.0'"),
+    "URDF mass below 0": (U, 'mass value="9.0"', 'mass value="-9.0"', "body: mass.value = '-9.0'"),
     "URDF mass 0 with inertia": (U, 'mass value="9.0"', 'mass value="0"', "body: mass = 0.0"),
     "MJCF called world": (M, 'name="FL_hip"', 'name="world"', "link.name = 'world'"),
     "MJCF name of models": (M, 'name="FL_hip"', 'name="FL::hip"', "link.name = 'FL::hip'"),
-    "URDF foot of 0": (U, 'radius="0.02"', 'radius="0"', "FL_shank: radius of its foot = 0.0"),
+    "URDF foot of 0": (U, 'radius="0.02"', 'radius="0"', "FL_shank: sphere.radius = '0'"),
 }  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from drake_quad.robot.importer.sanitize_sdf import clean_sdf, included_file
 from drake_quad.robot.importer.sanitize_urdf import clean_urdf
 from drake_quad.robot.importer.sources import Found
 from drake_quad.robot.importer.spelling import check_spelling
+from drake_quad.robot.importer.urdf_numbers import check_urdf
 from drake_quad.robot.importer.xml_io import COLON, read_xml, write_xml
 
 _CONDITION = re.compile(r"Failure at \S+ in (\w+)\(\): condition '(.*?)' failed\.?(.*)")
@@ -115,6 +116,8 @@ def parse(found: Found) -> Iterator[Parsed]:
             "URDF begins with <robot>, SDF with <sdf>, MJCF with <mujoco>"
         )
     check_spelling(root, found.model)
+    if root.tag == "robot":
+        check_urdf(root, found.model)
     with tempfile.TemporaryDirectory(prefix="drake_quad_") as folder:
         scratch = Path(folder)
         c = Cleaned(root, found.path.parent, scratch, found.model, files=[found.path])
