@@ -73,7 +73,7 @@ def check_stairs(
     Raises:
         InputError: If the robot cannot be used, or there are no such stairs.
     """
-    _given(stairs, (Stairs,), "stairs", "must be Stairs, such as Stairs(rise=0.15, run=0.3)")
+    check_kind(stairs, (Stairs,), "stairs", "must be Stairs, such as Stairs(rise=0.15, run=0.3)")
     return check_flight(
         _model_of(robot),
         stairs,
@@ -114,7 +114,8 @@ def check_course(
     """
     if not isinstance(scenario, Scenario):
         needed = "must be a scenario, a shipped one's name or a file"
-        scenario = _given(scenario, (str, Path), "scenario", needed)
+        check_kind(scenario, (str, Path), "scenario", needed)
+        scenario = str(scenario)
     return design_for_course(
         _model_of(robot),
         checked_copy(scenario) if isinstance(scenario, Scenario) else scenario,
@@ -156,7 +157,7 @@ def chart_stairs(
     """
     count_of = workers if workers is not None else os.cpu_count() or 1
     for name, span in (("rises", rises), ("runs", runs)):
-        _given(span, (Span,), name, "must be a Span, such as Span(0.1, 0.2, 0.02)")
+        check_kind(span, (Span,), name, "must be a Span, such as Span(0.1, 0.2, 0.02)")
     grid_of(rises, runs, count)
     check_workers(count_of)
     ready()
@@ -267,7 +268,8 @@ def _model_of(robot: Robot) -> str:
             the answer, and processes that help, read the file.
     """
     if not isinstance(robot, RobotModel):
-        return _given(robot, (str, Path), "robot", "must be a robot, its name or its file")
+        check_kind(robot, (str, Path), "robot", "must be a robot, its name or its file")
+        return str(robot)
     model = robot.source or robot.url
     changed = differing_field(robot, load_robot(model))
     if changed is not None:
@@ -281,12 +283,11 @@ def _model_of(robot: Robot) -> str:
     return model
 
 
-def _given(value: object, kinds: tuple[type, ...], what: str, remedy: str) -> str:
-    """A name or a file as text.
+def check_kind(value: object, kinds: tuple[type, ...], what: str, remedy: str) -> None:
+    """Makes sure that what was given is of one of some classes.
 
     Raises:
-        InputError: It is neither.
+        InputError: It is not.
     """
     if not isinstance(value, kinds):
         raise InputError(source=what, field="type", value=type(value).__name__, remedy=remedy)
-    return str(value)

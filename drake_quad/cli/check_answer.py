@@ -8,6 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 import drake_quad as dq
+from drake_quad.errors import printable
+from drake_quad.util.display import folded
 from drake_quad.util.numbers import whole_millimetres
 
 # What is left, in people's words, and its unit.
@@ -34,7 +36,9 @@ def print_check(told: dict[str, Any], console: Console) -> None:
         little = moving or told["plan"]["margin"] < told["slacks"]["margin"]["wanted"]
         colour = "yellow" if failed or little else colour
     first, rest = told["answer"].split(": ", 1)
-    console.print(Text.assemble((first, f"bold {colour}"), f": {rest}"), soft_wrap=True)
+    console.print(
+        Text.assemble((printable(first), f"bold {colour}"), printable(f": {rest}")), soft_wrap=True
+    )
     if told["feasible"]:
         for line in gait_lines(told):
             console.print(Text(line), soft_wrap=True)
@@ -46,12 +50,18 @@ def print_check(told: dict[str, Any], console: Console) -> None:
             line = f": {certificate['close']}"
             console.print(Text.assemble(("little room", "bold yellow"), line), soft_wrap=True)
     for doubt in told["doubts"]:
-        console.print(Text.assemble(("doubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
+        console.print(
+            Text.assemble(("doubtful", "bold yellow"), printable(f": {doubt}")),
+            soft_wrap=True,
+        )
     for note in told.get("notes", []):
-        console.print(Text.assemble((note["kind"], "bold"), f": {note['text']}"), soft_wrap=True)
+        console.print(
+            Text.assemble((note["kind"], "bold"), printable(f": {note['text']}")),
+            soft_wrap=True,
+        )
     if told["slacks"]:
         console.print()
-        console.print(_table(told), highlight=False)
+        console.print(folded(_table(told)), highlight=False)
 
 
 def print_next(told: dict[str, Any], console: Console) -> None:
@@ -60,11 +70,11 @@ def print_next(told: dict[str, Any], console: Console) -> None:
     if told["proof"]:
         console.print(Text(f"the proof: {told['proof']} (scripts/check_no.py checks it)"))
     if told["changes"] is not None:
-        console.print(_changes_table(told["changes"]), highlight=False)
+        console.print(folded(_changes_table(told["changes"])), highlight=False)
     if told["sought"]:
         console.print(Text(f"Nearest: {dq.near_words(told)}."), soft_wrap=True)
     if told.get("curve"):
-        console.print(_curve_table(told["curve"]), highlight=False)
+        console.print(folded(_curve_table(told["curve"])), highlight=False)
         console.print(Text(f"look at {told['curve']['directory']}/curve.png"), soft_wrap=True)
     if told.get("picture"):
         console.print(Text(f"picture in {told['picture']}"), soft_wrap=True)

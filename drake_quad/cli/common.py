@@ -23,6 +23,7 @@ from rich.text import Text
 
 import drake_quad as dq
 from drake_quad.errors import InputError
+from drake_quad.util.files import user_path
 from drake_quad.util.progress import LateProgress
 
 MESSAGES = Console(stderr=True)  # results go to stdout
@@ -45,6 +46,7 @@ WorkersOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 
 
+LINES = 30.0  # [s] between lines of progress where there is no terminal
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -87,7 +89,7 @@ def seconds_progress(label: str, err: Console) -> Iterator[Callable[[float, floa
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(),
     )
-    with LateProgress(*columns, console=err, transient=True) as bar:
+    with LateProgress(*columns, console=err, transient=True, every=LINES) as bar:
         task = bar.add_task(label, total=None, pace="")
 
         def show(done: float, total: float) -> None:
@@ -108,7 +110,9 @@ def cells_progress(err: Console) -> Iterator[Callable[[int, int], None]]:
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
-    with LateProgress(*columns, console=err, transient=True, speed_estimate_period=600.0) as bar:
+    with LateProgress(
+        *columns, console=err, transient=True, every=LINES, speed_estimate_period=600.0
+    ) as bar:
         task = bar.add_task("planning stairs", total=None, pace="")
 
         def show(done: int, total: int) -> None:
@@ -120,6 +124,9 @@ def cells_progress(err: Console) -> Iterator[Callable[[int, int], None]]:
 
 
 LONGEST = ".certificate.json.part"  # of the names that commands write in a directory
+
+
+PAGES = (".md", ".markdown")  # suffixes of a page
 
 
 def stem(scenario: str) -> str:
@@ -160,14 +167,33 @@ def claim_apart(files: Mapping[str, Path | None]) -> None:
             raise InputError(source=option, field=option[2:], value=str(path), remedy=remedy)
 
 
-def claim_file(path: Path | None, option: str, *, reads: Sequence[Path] = ()) -> None:
-    """The same of a file, if there is to be one, which is none of those that are read."""
+def claim_file(
+    path: Path | None,
+    option: str,
+    *,
+    reads: Sequence[str | Path] = (),
+    kinds: Sequence[str] = (),
+) -> None:
+    """The same of a file, if there is to be one, that would not take the place of another's.
+
+    Args:
+        path: The file.
+        option: Option by which it was given.
+        reads: Files that the command reads, or names that may be files: it is none of them.
+        kinds: Suffixes of such files. A file that is there already has one of them: else it was
+            something else before.
+
+    Raises:
+        InputError: If it cannot be written, or would; it names the option.
+    """
     if path is None:
         return
     refusal = ""
     with _writing(path, option):
-        if path.exists() and any(one.exists() and path.samefile(one) for one in reads):
+        if path.exists() and any(_is_same(path, one) for one in reads):
             refusal = "is read by this command; give another file"
+        elif path.is_file() and kinds and path.suffix.lower() not in kinds:
+            refusal = f"is there already, and no {' or '.join(kinds)}; give another file"
         elif path.is_dir():
             refusal = "is a directory; give a file in it"
         elif path.exists() and not path.is_file():  # to be in place of /dev/null would harm
@@ -176,6 +202,14 @@ def claim_file(path: Path | None, option: str, *, reads: Sequence[Path] = ()) ->
             _probe(path.with_name(f".{path.name}.part"))  # as long a name as `write_whole`'s
     if refusal:
         raise InputError(source=option, field=option[2:], value=str(path), remedy=refusal)
+
+
+def _is_same(path: Path, other: str | Path) -> bool:
+    """Whether `other` is that file; not if it is a name, or cannot be looked at."""
+    try:
+        return path.samefile(user_path(other))
+    except OSError:
+        return False
 
 
 def _probe(path: Path) -> None:

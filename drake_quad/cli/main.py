@@ -5,8 +5,10 @@ not, 2 the input cannot be used, or the machine, 130 interrupted before there wa
 """
 
 import platform
+import re
 import sys
 from importlib.metadata import version
+from itertools import pairwise
 from typing import Annotated
 
 import typer
@@ -100,10 +102,29 @@ def main() -> None:
 def _usage_line(error: typer.TyperException) -> str:
     """What is wrong with how the command was called, and where the right ways are told."""
     message = error.format_message()
+    if (number := _NOT_A_NUMBER.search(message)) is not None:
+        return _number_line(number["option"], number["kind"])
     message = message[:1].lower() + message[1:] + ("" if message.endswith((".", "?")) else ".")
     context = getattr(error, "ctx", None)  # errors of usage have one
     command = "drake-quad" if context is None else context.command_path
     return f"{message} `{command} --help` tells what there is."
+
+
+_NOT_A_NUMBER = re.compile(
+    r"value for '(?P<option>--[\w-]+)'.*(?:valid (?P<kind>number|integer)|is not a valid)"
+)
+
+
+def _number_line(option: str, kind: str | None) -> str:
+    """What is wrong with an option's number: the text as it was given, and what would be right."""
+    given = [
+        second if first == option else first.partition("=")[2]
+        for first, second in pairwise([*sys.argv[1:], ""])
+        if first == option or first.startswith(f"{option}=")
+    ]
+    value, name = given[-1] if given else "", option.removeprefix("--")
+    right = "a whole number" if kind == "integer" else "a number with a decimal point and no unit"
+    return str(InputError(source=option, field=name, value=value, remedy=f"must be {right}"))
 
 
 def _fail(message: str, status: int) -> None:

@@ -25,6 +25,7 @@ from drake_quad.cli.common import (
     interruptible,
     stem,
 )
+from drake_quad.util.display import folded
 from drake_quad.util.files import write_whole
 
 
@@ -37,7 +38,7 @@ def inspect(
 ) -> None:
     """Show what is read from a robot's file, and what is repaired or assumed."""
     dq.check_picture_path(picture)
-    claim_file(picture, "--picture")
+    claim_file(picture, "--picture", reads=[robot])
     model = dq.load_robot(robot)
     told = dq.describe_robot(model, source=robot)
     if not as_json:
@@ -178,9 +179,10 @@ def check(
         speed=speed, min_margin=min_margin, balance=balance,
     )  # fmt: skip
     console, said = Console(), False
-    claim_file(save, "--save")
-    claim_file(proof, "--proof")
-    claim_file(picture, "--picture")
+    given = [robot, *([] if scenario is None else [scenario])]
+    claim_file(save, "--save", reads=given, kinds=(".yaml", ".yml"))
+    claim_file(proof, "--proof", reads=given, kinds=(".json",))
+    claim_file(picture, "--picture", reads=given)
     if curve is not None:
         claim(curve, "--curve")
     claim_apart({"--save": save, "--proof": proof, "--picture": picture, "--curve": curve})
@@ -218,7 +220,9 @@ def check(
     else:
         say(told)
         print_next(told, console)
-    raise typer.Exit(0 if told["feasible"] else 1)
+    pace = told.get("pace")
+    fulfilled = pace is None or pace["wish"]["fulfilled"]
+    raise typer.Exit(0 if told["feasible"] and fulfilled else 1)
 
 
 def chart(
@@ -248,7 +252,8 @@ def chart(
     def ready() -> None:
         claim(directory, files=("chart.json",))
 
-    with interruptible(MESSAGES) as interrupted, cells_progress(MESSAGES) as progress:
+    words = "stopping; the stairs that were looked at so far are told"
+    with interruptible(MESSAGES, words) as interrupted, cells_progress(MESSAGES) as progress:
         found = dq.chart_stairs(
             robot, rises, runs, count=count, workers=workers, progress=progress,
             stop=interrupted, ready=ready, tell=MESSAGES.print,
@@ -256,15 +261,17 @@ def chart(
     told = found.as_dict()
     if not found.cells:
         raise KeyboardInterrupt  # before there was anything to keep
-    if told["complete"] or not (directory / "chart.json").exists():
+    written = told["complete"] or not (directory / "chart.json").exists()
+    if written:
         write_chart(told, directory)
         dq.save_chart(found, directory)
     else:
-        MESSAGES.print(Text(f"interrupted: {directory} keeps its chart"), soft_wrap=True)
+        line = f"interrupted: {directory} keeps the chart that was there before"
+        MESSAGES.print(Text(line), soft_wrap=True)
     if as_json:
         print(json.dumps({**told, "directory": str(directory)}))
     else:
-        print_chart(told, directory, Console())
+        print_chart(told, directory if written else None, Console())
     raise typer.Exit(0 if told["complete"] else 1)
 
 
@@ -274,7 +281,7 @@ def write_chart(told: dict[str, Any], directory: Path) -> None:
     write_whole(directory / "chart.json", lambda to: to.write_text(text, encoding="utf-8"))
 
 
-def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None:
+def print_chart(told: dict[str, Any], directory: Path | None, console: Console) -> None:
     """Prints how many of the stairs can be climbed, the highest of each run, and where it is."""
     cells = told["cells"]
     works = [cell for cell in cells if cell["margin"] is not None]
@@ -300,11 +307,12 @@ def print_chart(told: dict[str, Any], directory: Path, console: Console) -> None
             "-" if best is None else f"{1e3 * best['margin']:.0f} mm",
             "-" if above is None else told["limits"][above["limit"]],
         )
-    console.print(table, highlight=False)
+    console.print(folded(table), highlight=False)
     if cells and not works and cells[0]["reason"]:
         first = f"of {cells[0]['rise']:g} m on {cells[0]['run']:g} m: {cells[0]['reason']}"
         console.print(Text(first), soft_wrap=True)
-    console.print(Text(f"look at {directory / 'chart.png'}"), soft_wrap=True)
+    if directory is not None:
+        console.print(Text(f"look at {directory / 'chart.png'}"), soft_wrap=True)
 
 
 def _rise(cell: dict[str, Any]) -> float:

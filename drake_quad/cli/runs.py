@@ -13,6 +13,7 @@ from rich.text import Text
 import drake_quad as dq
 from drake_quad.cli.common import (
     MESSAGES,
+    PAGES,
     JsonOption,
     ScenarioArgument,
     SetOption,
@@ -25,6 +26,7 @@ from drake_quad.cli.common import (
     tell_notices,
 )
 from drake_quad.errors import InputError, PlanningError, printable
+from drake_quad.util.display import folded
 
 PLAN_FILES = ("plan.json", "certificate.json")  # what `plan --out` writes
 
@@ -43,7 +45,7 @@ def print_summary(summary: dict[str, Any], directory: Path, *, report: bool) -> 
     table = Table(show_header=False, box=None, pad_edge=False)
     for label, text in lines:
         table.add_row(Text(label), Text(text))
-    console.print(table)
+    console.print(folded(table))
     if summary.get("assumes"):
         console.print(Text(f"these figures assume {summary['assumes']}"), soft_wrap=True)
     console.print(Text(f"files in {directory}"))
@@ -71,7 +73,7 @@ def print_plan(result: dict[str, Any]) -> None:
         times = [f"{s['start']:.1f}", f"{s['end']:.1f}"]
         table.add_row(Text(s["name"]), s["kind"], *times, *margins, steps)
     console = Console()
-    console.print(table)
+    console.print(folded(table))
     least = f", {kind} {_metres(result[f'planned_margin_{kind}_min'])} m" if beyond else ""
     torque = result["torque_ratio_planned_max"]
     if result["balance"] == "dynamic":
@@ -135,6 +137,7 @@ def run(
     loaded = dq.load_scenario(scenario, fields)
     directory = out if out is not None else Path("runs") / stem(scenario)
     claim(directory)
+    _keep_input(scenario, directory)
     viewers = (
         dq.make_viewers(meshcat=meshcat, meldis=meldis, foxglove=foxglove, tell=MESSAGES.print)
         if live
@@ -161,6 +164,19 @@ def run(
     else:
         print_summary(result.summary, directory, report=report)
     raise typer.Exit(0 if result.outcome == "goal_reached" else 1)
+
+
+def _keep_input(scenario: str, directory: Path) -> None:
+    """Makes sure that a scenario which somebody wrote is not overwritten by its run's.
+
+    That of an earlier run may be: it lies beside the run's summary.
+
+    Raises:
+        InputError: It would be.
+    """
+    if (directory / "summary.json").exists():
+        return
+    claim_file(directory / "scenario.yaml", "--out", reads=[scenario])
 
 
 def plan(
@@ -215,6 +231,7 @@ def report(
 def _report_sweep(directory: Path, page: Path | None, *, as_json: bool) -> None:
     from drake_quad.cli.studies import print_sweep
 
+    claim_file(page, "--page", kinds=PAGES)
     told = dq.rebuild_report(directory, page)
     if as_json:
         print(json.dumps({"report": str(directory / "report.html")}))

@@ -12,6 +12,7 @@ from rich.text import Text
 import drake_quad as dq
 from drake_quad.cli.common import (
     MESSAGES,
+    PAGES,
     JsonOption,
     WorkersOption,
     claim,
@@ -20,6 +21,7 @@ from drake_quad.cli.common import (
     stem,
 )
 from drake_quad.errors import printable
+from drake_quad.util.display import folded
 
 
 def sweep(
@@ -54,7 +56,7 @@ def sweep(
     directory = out if out is not None else Path("sweeps") / stem(str(study))
 
     def ready() -> None:
-        claim_file(page, "--page")
+        claim_file(page, "--page", reads=[study], kinds=PAGES)
         claim(directory)
 
     with interruptible(MESSAGES) as interrupted:
@@ -116,7 +118,7 @@ def print_sweep(told: dict[str, Any], out: Path, console: Console) -> None:
         for band in bands:
             label = Text(printable(band["label"]))
             table.add_row(label, str(band["trials"]), str(band["good"]), band["text"])
-        console.print(table, highlight=False)
+        console.print(folded(table), highlight=False)
     for cause in told["causes"]:
         plainly(f"{cause['trials']:4d} × {cause['cause']}")
     for trial in told["worst"][:3]:

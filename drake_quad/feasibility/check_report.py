@@ -8,7 +8,7 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.feasibility.changes import Change
 from drake_quad.feasibility.check_words import near_words, stairs_in_words
-from drake_quad.feasibility.result import Feasibility
+from drake_quad.feasibility.result import Feasibility, but_not
 from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.objective import NAMES, targets_for
 from drake_quad.gait_design.preference import GaitPreference
@@ -193,7 +193,7 @@ def _pace(check: Feasibility) -> dict[str, Any] | None:
         "bound": asdict(bound),
         "joint": None if peak is None else {**asdict(peak), "share": peak.share},
         "zmp_margin": pace.zmp_margin if np.isfinite(pace.zmp_margin) else None,
-        "wish": asdict(check.preference) | {"fulfilled": check.fulfilled},
+        "wish": asdict(check.preference) | {"fulfilled": check.fulfilled, "unmet": check.unmet},
         "slow": _slow(check),
     }
 
@@ -279,10 +279,11 @@ def _answer(report: dict[str, Any]) -> str:
         quick = _how_quick(report["pace"])
         wanted = report["slacks"]["margin"]["wanted"]
         short = plan["margin"] < wanted and not moving
-        little = f", less than the {1e3 * wanted:.0f} mm wanted" if short else ""
+        little = f", less than the {1e3 * wanted:.0f} mm that designs aim at" if short else ""
+        unmet = [] if report["pace"] is None else report["pace"]["wish"]["unmet"]
         return (
-            f"Yes: {report['name']} walks {stairs}{ways}{',' if moving else ''} {kept}{little}"
-            f"{strong}{quick}"
+            f"Yes{but_not(unmet)}: {report['name']} walks {stairs}{ways}{',' if moving else ''} "
+            f"{kept}{little}{strong}{quick}"
         )
     why = f"({LIMITS[report['limit']]}): {report['reason']}"
     if report["verdict"] == "no":
@@ -296,13 +297,12 @@ def _answer(report: dict[str, Any]) -> str:
 
 
 def _how_quick(pace: dict[str, Any] | None) -> str:
-    """Says how quick the gait is, if that was asked for, and what of that is not reached."""
+    """Says how quick the gait is, if that was asked for."""
     if pace is None or not GaitPreference(**_figures(pace["wish"])).quick:
         return ""
-    short = "" if pace["wish"]["fulfilled"] else ", which is not what was asked for"
-    return short if pace["speed"] is None else f", at {pace['speed']:.3f} m/s{short}"
+    return "" if pace["speed"] is None else f", at {pace['speed']:.3f} m/s"
 
 
 def _figures(preference: dict[str, Any]) -> dict[str, Any]:
     """A GaitPreference's own fields."""
-    return {name: value for name, value in preference.items() if name != "fulfilled"}
+    return {name: value for name, value in preference.items() if name not in ("fulfilled", "unmet")}

@@ -7,12 +7,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from drake_quad.errors import printable
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.importer.raw_robot import DOUBTFUL
 from drake_quad.robot.legs import SHORT_NAMES
 from drake_quad.robot.mapping import read_mapping, shared_notes
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import SimulationConfig
+from drake_quad.util.display import folded
 
 ROLES = ("abduction", "hip", "knee")
 
@@ -101,21 +103,25 @@ def print_robot(figures: dict[str, Any], console: Console) -> None:
     table = Table(show_header=False, box=None, pad_edge=False)
     com = ", ".join(f"{1e3 * x:.0f}" for x in figures["trunk_com"])
     trunk = f"{figures['trunk']}, {figures['trunk_mass']:.2f} kg, its centre at {com} mm"
-    table.add_row("trunk", Text(trunk))
+    table.add_row("trunk", Text(printable(trunk)))
     table.add_row("reach of a leg", f"{figures['reach']:.3f} m, stretched")
     table.add_row("feet", f"spheres of {1e3 * figures['foot_radius']:.1f} mm")
     table.add_row("contact friction", _friction(figures))
     origin = ", ".join(f"{1e3 * x:.0f}" for x in figures["p_TB"])
     if figures["normal_form"] == "imported":
         table.add_row("B's origin", f"amid the hips, at {origin} mm in the trunk's own frame")
-    console.print(table, highlight=False)
-    console.print(Text(f"file: {figures['file']} ({figures['normal_form']})"), soft_wrap=True)
+    console.print(folded(table), highlight=False)
+    file = printable(f"file: {figures['file']} ({figures['normal_form']})")
+    console.print(Text(file), soft_wrap=True)
     console.print()
-    console.print(_legs(figures), highlight=False)
-    console.print(_joints(figures), highlight=False)
+    console.print(folded(_legs(figures)), highlight=False)
+    console.print(folded(_joints(figures)), highlight=False)
     _print_notes(figures["notes"], console)
     for doubt in figures["doubts"]:
-        console.print(Text.assemble(("\ndoubtful", "bold yellow"), f": {doubt}"), soft_wrap=True)
+        console.print(
+            Text.assemble(("\ndoubtful", "bold yellow"), printable(f": {doubt}")),
+            soft_wrap=True,
+        )
 
 
 def _friction(figures: dict[str, Any]) -> str:
@@ -183,7 +189,7 @@ def _joints(figures: dict[str, Any]) -> Table:
             sign, turn = "-" if joint["sign"] < 0 else "", np.rad2deg(joint["turn"])
             table.add_row(
                 short,
-                Text(joint["name"]),
+                Text(printable(joint["name"])),
                 f"{low:.0f} to {high:.0f}{marks['limits']}",
                 f"{joint['effort']:.3g}{marks['effort']}",
                 f"{joint['speed']:.3g}{marks['speed']}",
@@ -199,4 +205,4 @@ def _print_notes(notes: list[dict[str, str]], console: Console) -> None:
         return
     console.print("\n[bold]differs from the file[/] (* above)", highlight=False)
     for note in shared_notes(notes):
-        console.print(Text(f"  {note['kind']}: {note['text']}"))
+        console.print(Text(printable(f"  {note['kind']}: {note['text']}")))

@@ -1,6 +1,6 @@
 """The answer whether a robot climbs stairs or a course, and what follows from it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import inf
@@ -159,16 +159,23 @@ class Feasibility:
         return self.plan is not None and self.plan.dynamic
 
     @property
+    def unmet(self) -> list[str]:
+        """What was asked for and the plan is not: the speed, the margin, the balance, in words."""
+        preference, quick, margin = self.preference, self.speed, self.margin
+        words = []
+        if preference.speed is not None and (quick is None or quick < ENOUGH * preference.speed):
+            words.append(f"at {preference.speed:g} m/s")
+        least = preference.min_margin
+        if least is not None and (margin is None or margin < least):
+            words.append(f"with a margin of {least:g} m")
+        if preference.dynamic and not self.balanced_by_motion:
+            words.append("balanced by motion")
+        return words
+
+    @property
     def fulfilled(self) -> bool:
         """Whether the plan is what was asked for: as quick, with as much margin, as balanced."""
-        preference, quick, margin = self.preference, self.speed, self.margin
-        if preference.speed is not None and (quick is None or quick < ENOUGH * preference.speed):
-            return False
-        if preference.dynamic and not self.balanced_by_motion:
-            return False
-        return preference.min_margin is None or (
-            margin is not None and margin >= preference.min_margin
-        )
+        return not self.unmet
 
     @property
     def bound(self) -> NearestLimit | None:
@@ -269,16 +276,7 @@ class Feasibility:
         """Yes or no in words; also what was asked for, where the plan is not that."""
         if self.designed is None:
             return f"no plan was found: {self.reason}"
-        if self.fulfilled:
-            return "yes"
-        wanted, asked = [], self.preference
-        if asked.speed is not None:
-            wanted.append(f"at {asked.speed:g} m/s")
-        if asked.min_margin is not None:
-            wanted.append(f"with a margin of {asked.min_margin:g} m")
-        if asked.dynamic:
-            wanted.append("balanced by motion")
-        return f"yes, but not {' and '.join(wanted)}, as was asked"
+        return f"yes{but_not(self.unmet)}"
 
     def _repr_html_(self) -> str:
         """The answer, where a notebook shows it."""
@@ -308,6 +306,11 @@ class Feasibility:
             proven = "for every time" if failure is None else f"no: {failure.reason}"
             rows.append(("certified", proven))
         return html_table(rows)
+
+
+def but_not(unmet: Sequence[str]) -> str:
+    """What a yes lacks of what was asked for, to go on with after it; empty if nothing."""
+    return f", but not {' or '.join(unmet)}" if unmet else ""
 
 
 def margin_name(plan: MissionPlan | None) -> str:

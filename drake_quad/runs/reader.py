@@ -8,6 +8,7 @@ from typing import Any
 from drake_quad.common import FloatArray, read_only
 from drake_quad.errors import InputError
 from drake_quad.perception.stair_map import course_of_description
+from drake_quad.robot.digest import robot_digest
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout, make_layout
@@ -100,6 +101,18 @@ def run_of(run: RecordedRun | str | Path) -> RecordedRun:
     return run if isinstance(run, RecordedRun) else load_run(run)
 
 
+def _changed_robot(summary: Mapping[str, Any], model: str) -> list[str]:
+    """A notice if the robot's file is not what it was when the run was made; else none."""
+    robot = summary.get("robot")
+    then = robot.get("digest") if isinstance(robot, Mapping) else None
+    if not isinstance(then, str) or then == robot_digest(model):
+        return []
+    return [
+        f"The robot's file, {model}, has changed since this run: what is shown of its shape, and "
+        "the angles of its own joints, are those of the file as it is now."
+    ]
+
+
 def load_run(directory: str | Path) -> RecordedRun:
     """Reads a run's `scenario.yaml`, `log.parquet` and `summary.json`.
 
@@ -128,6 +141,7 @@ def load_run(directory: str | Path) -> RecordedRun:
     log = read_log(directory / LOG, notices)
     scenario = load_scenario(directory / SCENARIO)
     robot = robot_of(scenario)
+    notices += _changed_robot(summary, scenario.robot.model)
     source = str(directory / SCENARIO)
     built = course_of(scenario, source=source, foot_radius=robot.foot_radius)
     seen = _read_seen(directory / SEEN, notices) if scenario.perception.map == "seen" else {}

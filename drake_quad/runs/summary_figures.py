@@ -325,6 +325,9 @@ SUMMARY = (
     Figure("pushes[].recovered", "", "Whether the robot recovered from it", "verdict"),
     Figure("pushes[].recovery_time", "s", "Time from the push's end until the base was back"),
     Figure("seed", "", "The scenario's `simulation.seed`"),
+    Figure("robot.name", "", "The robot's name", "text"),
+    Figure("robot.digest", "", "Digest of the robot's file, and of the files that it names",
+           "text"),
     Figure("versions", "", "Versions of this program, Drake, numpy and Python", "words"),
 )  # fmt: skip
 

@@ -13,7 +13,7 @@ import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
 from drake_quad.errors import InputError
-from drake_quad.robot.importer.sources import is_name
+from drake_quad.robot.importer.sources import is_known, is_name
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.validate import check_scenario
 from drake_quad.util.files import MOST_YAML, is_given, read_given_text, user_path, write_whole
@@ -192,6 +192,8 @@ def load_scenario(
         text = read_given_text(path, most=MOST_YAML)
     except (OSError, ValueError) as problem:
         raise _unreadable(name, problem) from None
+    if text.lstrip().startswith("<"):
+        raise _is_robot(name)
     source = path.name if name in _shipped() else name
     return parse_scenario(text, source=source, base=path.parent, overrides=overrides, here=here)
 
@@ -336,8 +338,19 @@ def _shipped() -> list[str]:
     return sorted(path.name.removesuffix(SUFFIX) for path in _models().glob(f"*{SUFFIX}"))
 
 
+def _is_robot(name: str) -> InputError:
+    """The error for a robot that was given as a scenario."""
+    remedy = (
+        f"is a robot; ask about it by `drake-quad check {name}`, or override the robot of a "
+        f"scenario: --set robot.model={name}"
+    )
+    return InputError(source=name, field="scenario", value=name, remedy=remedy)
+
+
 def _unreadable(name: str, problem: Exception) -> InputError:
     """The error for a scenario that cannot be read, with the nearest shipped name."""
+    if isinstance(problem, FileNotFoundError) and is_known(name):
+        return _is_robot(name)
     if isinstance(problem, FileNotFoundError):
         near = difflib.get_close_matches(Path(name).name.removesuffix(SUFFIX), _shipped(), n=1)
         hint = f"did you mean {near[0]}?" if near else f"shipped are {', '.join(_shipped())}"

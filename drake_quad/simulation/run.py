@@ -22,6 +22,7 @@ from drake_quad.perception.sight import with_reason
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.stance_margin import slopes_of
+from drake_quad.robot.digest import robot_digest
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import contact_friction
@@ -103,6 +104,7 @@ def result_of(
         "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,
+        "robot": {"name": p.robot.name, "digest": robot_digest(p.scenario.robot.model)},
         "versions": {
             "drake_quad": __version__,
             "drake": version("drake"),

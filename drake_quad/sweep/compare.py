@@ -45,7 +45,7 @@ from drake_quad.sweep.statistics import (
 )
 from drake_quad.sweep.study import Study, Vary
 from drake_quad.sweep.trials import count_trials
-from drake_quad.util.display import html_table, one_line
+from drake_quad.util.display import folded, html_table, one_line
 
 SAME = ["index", "seed", "overrides"]  # columns by which a trial is the same
 
@@ -306,7 +306,7 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
     causes = [dict(side["causes"]) for side in sides]
     for cause in sorted(causes[0] | causes[1]):
         table.add_row(printable(cause), *(str(own.get(cause, 0)) for own in causes))
-    console.print(table, highlight=False, markup=False)
+    console.print(folded(table), highlight=False, markup=False)
     colour = {"worse": "red", "better": "green"}.get(comparison.verdict, "bold")
     verdict = f"[{colour}]{comparison.verdict}[/]: {comparison.reason}"
     console.print(verdict, highlight=False, soft_wrap=True)

@@ -76,18 +76,28 @@ def check_against(study: Study, base: Base, *, source: str) -> None:
     Raises:
         InputError: The error names the first value that cannot be loaded, and why.
     """
-    base.load(study.set)
+    try:
+        base.load(study.set)
+    except InputError as error:
+        for k, override in enumerate(study.set):
+            field = override.partition("=")[0].strip()
+            if error.source == f"override {override}" or (
+                error.source == "override" and error.field == field
+            ):
+                raise _within(source, f"set[{k}]", override, error) from None
+        raise _within(source, "scenario", study.scenario, error) from None
     for k, vary in enumerate(study.vary):
         for value in _spread(support_of(vary), MOST_TRIED // len(study.vary)):
             try:
                 base.load([*study.set, *overrides_of(vary, value)])
             except InputError as error:
-                raise InputError(
-                    source=source,
-                    field=f"vary[{k}]",
-                    value=value,
-                    remedy=f"{error.field} = {error.value!r}: {error.remedy}",
-                ) from None
+                raise _within(source, f"vary[{k}]", value, error) from None
+
+
+def _within(source: str, field: str, value: object, error: InputError) -> InputError:
+    """The error of a scenario as one of the study's field that led to it."""
+    remedy = f"{error.field} = {error.value!r}: {error.remedy}"
+    return InputError(source=source, field=field, value=value, remedy=remedy)
 
 
 def _spread(values: list[Value], most: int) -> list[Value]:

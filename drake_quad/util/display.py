@@ -1,6 +1,10 @@
 """How results show themselves: in a line in a Python session, as a table in a notebook."""
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 TABLE = """\
 <table>
@@ -21,3 +25,13 @@ def one_line(thing: object, *parts: str | None) -> str:
     """What `repr` says of a result that holds too much to be listed; empty parts are left out."""
     told = "; ".join(part for part in parts if part)
     return f"<{type(thing).__name__}{': ' if told else ''}{told}>"
+
+
+def folded(table: "Table") -> "Table":
+    """A table for a terminal whose columns go on in a further line where it is too narrow.
+
+    Rich cuts what does not fit, the last digits of figures and the ends of names first.
+    """
+    for column in table.columns:
+        column.overflow = "fold"
+    return table

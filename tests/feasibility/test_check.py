@@ -243,8 +243,8 @@ def test_a_yes_with_less_margin_than_is_wanted_says_so() -> None:
         )["answer"]
         for margin in (0.99 * wanted, wanted)
     ]  # fmt: skip
-    assert f"less than the {1e3 * wanted:.0f} mm wanted" in answers[0]
-    assert all(answer.startswith("Yes: ") for answer in answers) and "wanted" not in answers[1]
+    assert f"less than the {1e3 * wanted:.0f} mm that designs aim at" in answers[0]
+    assert all(answer.startswith("Yes: ") for answer in answers) and "aim" not in answers[1]
 
 
 def test_treads_that_no_stance_fits_are_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:

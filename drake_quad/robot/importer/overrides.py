@@ -127,6 +127,9 @@ def read_overrides(path: Path) -> Overrides:
         reason = error.strerror if isinstance(error, OSError) else f"not text in UTF-8 ({error})"
         raise refuse("robot.model", str(path), f"cannot be read: {reason}") from None
     data = bare_as_numbers(parse_yaml(text, source=source, needs="model: my_robot.urdf"))
+    if "model" not in data and "course" in data:
+        remedy = "this is a scenario; give a robot, and with `check` this file by --scenario"
+        raise refuse("course", "...", remedy)
     model = data.get("model")
     if not isinstance(model, str) or not model.strip():
         raise refuse("model", model, "the file must name the robot's own file as `model`")

@@ -124,6 +124,13 @@ def is_name(model: str) -> bool:
     return bool(plain) and all(c.isalnum() or c in "_-" for c in plain)
 
 
+def is_known(model: str) -> bool:
+    """Whether `model` is the name of a robot that a package has, installed or not."""
+    plain = model.rpartition(":")[2].lower().replace("-", "_")
+    name = ALIASES.get(plain, plain)
+    return is_name(model) and any(name in package.robots for package in PACKAGES)
+
+
 def find_by_name(model: str) -> Path:
     """The file of the robot `NAME` or `PACKAGE:NAME`.
 
