@@ -184,7 +184,7 @@ SUMMARY = (
            "(`certify.tolerances`) that the run kept within; if `drake-quad plan` proves as "
            "much or more, the run is one of the motions that the proof is about; null if the run "
            "left `support` or `plan`",
-           shown=Shown("Share of the certificate's tolerances that was used", 2)),
+           shown=Shown("Share of the certificate's tolerances that was used", 2), at_most=1.0),
     Figure("tracking.left", "", "Tolerances of the plan's certificate (`certify.tolerances`) that "
            "the run left: `body`, `tilt`, `turn`, `foot`, `rise` (a standing foot's height), "
            "`swing`, `late`; and `support`, if fewer than three of the feet that are to stand "

@@ -1,9 +1,10 @@
 """A run's joints as CSV: in the robot's own file they put every foot where the run had it."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pytest
@@ -101,8 +102,11 @@ def test_what_cannot_be_exported_is_refused(tmp_path: Path) -> None:
     write_run(tmp_path / "run", log=make_log(short_scenario(), seconds=0.1), versions={})
     line = refused(drake_quad("export", "run", "--csv", "/dev/null", cwd=tmp_path))
     assert "--csv" in line
-    empty: Any = SimpleNamespace(**{**vars(load_run(tmp_path / "run"))})
-    empty.log, empty.positions = RunLog({}), np.zeros((0, 19))
-    empty.velocities = np.zeros((0, 18))
+    empty = replace(
+        load_run(tmp_path / "run"),
+        log=RunLog({}),
+        positions=np.zeros((0, 19)),
+        velocities=np.zeros((0, 18)),
+    )
     with pytest.raises(InputError, match="nothing to export"):
         write_joint_table(empty, tmp_path / "x.csv")
