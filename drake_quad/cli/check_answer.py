@@ -165,7 +165,7 @@ def _table(told: dict[str, Any]) -> Table:
     """What is left of every limit, and what would be enough."""
     table = Table(box=None, pad_edge=False)
     table.add_column("what is left")
-    for title in ("on endless stairs", "wanted", "on this course"):
+    for title in ("on endless stairs", "aimed at", "on this course"):
         table.add_column(title, justify="right")
     for name, row in told["slacks"].items():
         words, unit = WORDS[name]

@@ -67,7 +67,7 @@ class SeenStairs:
         return one_line(self, f"{many} or more steps {way}", f"{rise:.3f} m by {run:.3f} m")
 
 
-def read_depth_image(path: Path, *, scale: float) -> FloatArray:
+def read_depth_image(path: str | Path, *, scale: float) -> FloatArray:
     """A depth image of 16 bits or more a pixel.
 
     Args:
@@ -78,15 +78,18 @@ def read_depth_image(path: Path, *, scale: float) -> FloatArray:
         Distances along the optical axis [m], (height, width); 0 where there is none.
 
     Raises:
-        OSError: It is no regular file, too large, or cannot be read.
-        InputError: It is no such image, or too many pixels.
+        InputError: It is no such image, has too many pixels, or cannot be read.
     """
     from PIL import Image
 
     def fail(field: str, value: object, remedy: str) -> InputError:
         return InputError(source=str(path), field=field, value=value, remedy=remedy)
 
-    data = read_given(path, most=MOST_IMAGE)
+    try:
+        data = read_given(Path(path), most=MOST_IMAGE)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise fail("file", str(path), f"cannot be read: {reason}; give a PNG or TIFF") from None
     remedy = "must be a depth image of 16 bits a pixel, as PNG or TIFF"
     try:
         with warnings.catch_warnings():
@@ -102,7 +105,7 @@ def read_depth_image(path: Path, *, scale: float) -> FloatArray:
     except InputError:
         raise
     except Exception:  # whatever a damaged file makes of its reader
-        raise fail("file", path.name, remedy) from None
+        raise fail("file", Path(path).name, remedy) from None
     values = np.where(np.isfinite(values) & (values > 0.0), values, 0.0) * scale
     if np.count_nonzero(values) < 0.02 * values.size:
         raise fail("depths", f"{np.count_nonzero(values)} pixels", "fewer than 2 % have a depth")

@@ -65,6 +65,7 @@ def test_no_command_overwrites_what_it_reads(
         (("check", "scenario.yaml"), "this is a scenario; give a robot"),
         (("check", URL, "--rise", "15cm"), "--rise: rise = '15cm': must be a number with a"),
         (("check", URL, "--rise=0,15"), "--rise: rise = '0,15': must be a number with a decimal"),
+        (("see", "no.png", "--intrinsics", "d435", "--tilt", "30"), "no.png: file = 'no.png'"),
         (("check", URL, "--count", "2.5"), "--count: count = '2.5': must be a whole number"),
     ],
 )
