@@ -1,5 +1,6 @@
 """What a person gives in Python: it is checked as a file is, copied, and never silently ignored."""
 
+import os
 import pickle
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from rig import paper_robot
 import drake_quad as dq
 from drake_quad.perception.camera_model import D435
 from drake_quad.robot.model import differing_field
+from drake_quad.scenario.config import PushConfig
 
 STAIRS = dq.Stairs(0.1, 0.4, 2)
 
@@ -41,7 +43,7 @@ def test_a_robot_that_was_changed_in_python_is_refused() -> None:
     assert differing_field(robot, dq.load_robot("paper_quadruped")) is None
     for changed, name in ((weak, "effort"), (long, "geometry.shank")):
         line = refused(lambda changed=changed: dq.check_stairs(changed, STAIRS))  # type: ignore[misc]
-        assert f": {name} = 'changed in Python': " in line and ".robot.yaml" in line
+        assert f": {name} = 'not as in its file': " in line and ".robot.yaml" in line
 
 
 def test_overrides_apply_to_a_scenario_object_too() -> None:
@@ -99,9 +101,12 @@ def test_numbers_of_numpy_and_dicts_are_taken() -> None:
     scenario: Any = walk()
     scenario.gait.duty_factor, scenario.simulation.seed = np.float64(0.9), np.int64(3)
     scenario.course = [{"kind": "floor", "length": 6.0}]
+    scenario.disturbances.pushes = [PushConfig(time=1.0, force=np.array([1.0, 0.0, 0.0]))]
     taken = dq.plan(scenario).scenario
     assert (taken.gait.duty_factor, taken.simulation.seed) == (0.9, 3)
     assert taken.course[0] == dq.Element("floor", length=6.0)
+    assert taken.disturbances.pushes[0].force == [1.0, 0.0, 0.0]
+    assert dq.build_course(np.array([dq.Element("floor", length=2.0)], dtype=object)).lanes
 
 
 @pytest.mark.parametrize(
@@ -172,14 +177,47 @@ def test_several_processes_need_no_main_guard(tmp_path: Path) -> None:
     assert done.stdout.splitlines() == ["once", "[1, 2, 3]", f"{script} None"], done.stderr
 
 
+def test_threads_begin_processes_without_the_script_too(tmp_path: Path) -> None:
+    """As a sweep does: none of them runs the script again, and `python -m` keeps what it is."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from threading import Thread\n"
+        "from drake_quad.sweep.executors import Worker\n"
+        "print('once', flush=True)\n"
+        "threads = [Thread(target=Worker) for _ in range(4)]\n"
+        "[thread.start() for thread in threads]\n"
+        "[thread.join() for thread in threads]\n"
+        "print(__spec__ is not None and __spec__.name)\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "script"], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.stdout.splitlines() == ["once", "script"], done.stderr
+
+
+def test_a_file_is_written_through_a_link_and_never_in_place_of_a_device(tmp_path: Path) -> None:
+    """A link stays a link; a pipe, or a device, is no file that could be replaced."""
+    real, link, pipe = (tmp_path / name for name in ("real.yaml", "link.yaml", "pipe.yaml"))
+    real.write_text("x", encoding="utf-8")
+    link.symlink_to(real)
+    os.mkfifo(pipe)
+    dq.save_scenario(walk(), link)
+    assert link.is_symlink() and dq.load_scenario(real) == walk()
+    assert "is no file" in refused(lambda: dq.save_scenario(walk(), pipe))
+    assert pipe.is_fifo()
+
+
 def test_an_image_in_which_stairs_are_looked_for_in_vain_is_refused() -> None:
-    """Degrees for radians, millimetres for metres, nan, another size, a name for a camera."""
+    """Degrees for radians, millimetres for metres, another size, a name for a camera.
+
+    An image without any depth shows no stairs.
+    """
     model = D435.model
     depth = np.full((model.height, model.width), 1.5)
     cases: list[tuple[Any, Any, float, str]] = [
         (depth, model, 28.6, "must be radians"),
         (1000.0 * depth, model, 0.5, "give metres"),
-        (np.nan * depth, model, 0.5, "give metres"),
         (depth[:100], model, 0.5, f"must be an array of {model.height} by {model.width}"),
         (depth, "d435", 0.5, "must be a CameraModel"),
     ]
@@ -204,7 +242,9 @@ def test_a_column_that_the_log_has_not_is_refused(tmp_path: Path) -> None:
     run = dq.load_run(result.save(tmp_path))
     assert (run.outcome, run.reason) == (result.outcome, result.reason)
     assert run.log["margin"].shape == (len(run.log),) and len(repr(run.log)) < 100
+    assert "margin" in run.log and list(run.log) == list(run.log.columns)
     assert "did you mean margin?" in refused(lambda: run.log["margn"])
+    assert "holds words" in refused(lambda: run.log["segment"])
 
 
 def test_no_controller_of_ones_own_is_ignored() -> None:

@@ -109,7 +109,9 @@ def report_plan(
         InputError: If something in the scenario cannot be, or a file cannot be written.
     """
     doubts: list[str] = []
-    if not isinstance(scenario, Scenario):
+    if isinstance(scenario, Scenario):
+        scenario = checked_copy(scenario, source=source)
+    else:
         scenario, source = load_scenario(scenario), str(scenario)
     try:
         prepared = prepare(scenario, source=source)

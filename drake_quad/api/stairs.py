@@ -276,9 +276,9 @@ def _model_of(robot: Robot) -> str:
         raise InputError(
             source=robot.name,
             field=changed,
-            value="changed in Python",
-            remedy=f"what counts is the robot's file, {model}: say there what is different, or in "
-            "a .robot.yaml beside it",
+            value="not as in its file",
+            remedy=f"what counts is the robot's file, {model}: load it again if that has changed, "
+            "or say there, or in a .robot.yaml beside it, what is different",
         )
     return model
 

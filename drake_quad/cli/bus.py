@@ -113,7 +113,7 @@ def control(
     check_choice(choice, named=interface is not None, ready=i_am_ready)
     if out is not None:
         claim(out)
-    claim_file(record, "--record")
+    claim_file(record, "--record", reads=[scenario])
     if record is not None:
         check_recording(record)
     fields = [*(overrides or []), *([f"sensors.contacts={contacts}"] if contacts else [])]

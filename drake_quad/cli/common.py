@@ -180,8 +180,8 @@ def claim_file(
         path: The file.
         option: Option by which it was given.
         reads: Files that the command reads, or names that may be files: it is none of them.
-        kinds: Suffixes of such files. A file that is there already has one of them: else it was
-            something else before.
+        kinds: Suffixes of such files. A file that is there already, and not empty, has one of
+            them, or none: else it was something else before.
 
     Raises:
         InputError: If it cannot be written, or would; it names the option.
@@ -192,7 +192,7 @@ def claim_file(
     with _writing(path, option):
         if path.exists() and any(_is_same(path, one) for one in reads):
             refusal = "is read by this command; give another file"
-        elif path.is_file() and kinds and path.suffix.lower() not in kinds:
+        elif _is_other(path, kinds):
             refusal = f"is there already, and no {' or '.join(kinds)}; give another file"
         elif path.is_dir():
             refusal = "is a directory; give a file in it"
@@ -202,6 +202,12 @@ def claim_file(
             _probe(path.with_name(f".{path.name}.part"))  # as long a name as `write_whole`'s
     if refusal:
         raise InputError(source=option, field=option[2:], value=str(path), remedy=refusal)
+
+
+def _is_other(path: Path, kinds: Sequence[str]) -> bool:
+    """Whether there is a file already that is of another kind, by its suffix."""
+    suffix = path.suffix.lower()
+    return bool(kinds and suffix and suffix not in kinds and path.is_file() and path.stat().st_size)
 
 
 def _is_same(path: Path, other: str | Path) -> bool:

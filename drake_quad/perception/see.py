@@ -31,7 +31,7 @@ from drake_quad.perception.stair_fit import StairPriors
 from drake_quad.perception.stair_search import FoundStairs, find_stairs
 from drake_quad.perception.stair_tracker import SEED, CameraPose, make_belief
 from drake_quad.util.display import one_line
-from drake_quad.util.files import MIB, read_given
+from drake_quad.util.files import MIB, read_given, user_path
 
 MOST_IMAGE = 64 * MIB
 # Of the stair images of Shiaoming/stair-perception: recovered from a point cloud and the depth
@@ -86,7 +86,7 @@ def read_depth_image(path: str | Path, *, scale: float) -> FloatArray:
         return InputError(source=str(path), field=field, value=value, remedy=remedy)
 
     try:
-        data = read_given(Path(path), most=MOST_IMAGE)
+        data = read_given(user_path(path), most=MOST_IMAGE)
     except OSError as error:
         reason = error.strerror or str(error)
         raise fail("file", str(path), f"cannot be read: {reason}; give a PNG or TIFF") from None
@@ -209,7 +209,8 @@ def _check_seen(depth: FloatArray, model: CameraModel, pitch: float) -> None:
         raise fail("depth", told, f"must be an array of {model.height} by {model.width}")
     if not abs(pitch) <= 0.5 * np.pi:
         raise fail("pitch", pitch, "must be radians, from -1.571 to 1.571")
-    _check_depths(depth, fail, "give metres")
+    if np.any(depth > 0.0):  # of one without any depth there is nothing to see
+        _check_depths(depth, fail, "give metres")
 
 
 def _check_depths(depth: FloatArray, fail: Callable[..., InputError], remedy: str) -> None:

@@ -1,7 +1,7 @@
 """The digest that tells robots' files apart."""
 
 import hashlib
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from drake_quad.robot.importer.robot_source import find_source
 from drake_quad.robot.importer.sources import files_named_in
@@ -22,7 +22,11 @@ def robot_digest(model: str) -> str:
     """
     given = find_source(model)
     digest = hashlib.sha256(read_given(given.found.path, most=MOST_TEXT))
-    digest.update(repr(replace(given.overrides, model="")).encode())
+    said = replace(given.overrides, model="")
+    for one in fields(said):  # a field that later versions add changes no robot that lacks it
+        value = getattr(said, one.name)
+        if value not in (None, "", {}):
+            digest.update(f"{one.name}={value!r};".encode())
     for path in files_named_in(given.found.path):
         size = path.stat().st_size
         digest.update(f"{path.name} {size}".encode())

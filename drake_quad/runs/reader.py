@@ -105,7 +105,7 @@ def _changed_robot(summary: Mapping[str, Any], model: str) -> list[str]:
     """A notice if the robot's file is not what it was when the run was made; else none."""
     robot = summary.get("robot")
     then = robot.get("digest") if isinstance(robot, Mapping) else None
-    if not isinstance(then, str) or then == robot_digest(model):
+    if not isinstance(then, str) or not then or then == robot_digest(model):
         return []
     return [
         f"The robot's file, {model}, has changed since this run: what is shown of its shape, and "

@@ -1,6 +1,6 @@
 """The log of a run: its columns, read back and checked."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,14 +61,24 @@ class RunLog:
         """A column of numbers by its name, (N,) in its own unit; read-only.
 
         Raises:
-            InputError: The log has no such column.
+            InputError: The log has no such column, or it holds words, which `text` gives.
         """
         if name not in self.columns:
             hint = did_you_mean(name, list(self.columns)) or "; docs/log_format.md lists them"
             raise InputError(
                 source="log", field="column", value=name, remedy=f"no such column{hint}"
             )
+        if self.columns[name].dtype.kind not in "biuf":
+            raise InputError(
+                source="log", field="column", value=name, remedy="holds words; `text` gives them"
+            )
         return self.number(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
 
     def __repr__(self) -> str:
         return one_line(self, f"{len(self)} samples", f"{len(self.columns)} columns")

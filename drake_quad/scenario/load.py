@@ -13,6 +13,7 @@ import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
 from drake_quad.errors import InputError
+from drake_quad.robot.importer.overrides import is_yaml
 from drake_quad.robot.importer.sources import is_known, is_name
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.validate import check_scenario
@@ -164,6 +165,9 @@ def check_designed(overrides: Sequence[Override]) -> None:
 
 
 SUFFIX = ".scenario.yaml"
+MOST_HEAD = 4096  # letters of a file within which a robot's root element begins
+_ROBOT = re.compile(r"<(robot|sdf|mujoco)\b")
+_ROBOT_YAML = re.compile(r"\A\s*(#.*\n\s*)*model\s*:")
 MODELS = "package://drake_quad_models/"
 
 
@@ -192,7 +196,7 @@ def load_scenario(
         text = read_given_text(path, most=MOST_YAML)
     except (OSError, ValueError) as problem:
         raise _unreadable(name, problem) from None
-    if text.lstrip().startswith("<"):
+    if _ROBOT.search(text[:MOST_HEAD]) or (is_yaml(path) and _ROBOT_YAML.search(text)):
         raise _is_robot(name)
     source = path.name if name in _shipped() else name
     return parse_scenario(text, source=source, base=path.parent, overrides=overrides, here=here)
@@ -259,12 +263,14 @@ def _plain(value: Any, schema: Any) -> Any:
             name: _plain(getattr(value, name), fields.get(name))
             for name in names if hasattr(value, name)
         }  # fmt: skip
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, (list, tuple)):
         item = typing.get_args(schema)[0] if typing.get_origin(schema) is list else None
         return [_plain(one, item) for one in value]
     if isinstance(value, np.generic):
         return value.item()
-    return str(value) if isinstance(value, Path) else value
+    return str(value) if isinstance(value, (str, Path)) else value
 
 
 def _checked(

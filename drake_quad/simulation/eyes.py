@@ -35,6 +35,7 @@ LOOK_PERIOD = 0.5  # [s] between images that are looked at, at most
 MOUNT_ROOM = 0.01  # [m] between the camera and the trunk's shapes, at least
 MOUNT_AWAY = 0.15  # [m] at most: on a bracket
 AHEAD, BELOW_TOP, USUAL_PITCH = 0.03, 0.05, 30.0  # [m] of the trunk, [deg]
+HIP_HIGH = 0.1  # [m] above and below the hips, within which a shape is about as high
 
 
 def camera_of(scenario: Scenario) -> StereoCamera:
@@ -54,9 +55,15 @@ def model_of(scenario: Scenario) -> CameraModel:
 
 
 def usual_mount(robot: RobotModel) -> CameraMount:
-    """Where the camera is on a robot of which nobody says so: on the front of its trunk."""
-    front = max(float(robot.trunk_box[1, 0]), float(robot.geometry.p_BH[:, 0].max()))
-    height = max(float(robot.trunk_box[1, 2]) - BELOW_TOP, 0.0)
+    """Where the camera is on a robot of which nobody says so: on the front of its trunk.
+
+    That is the shape that reaches farthest ahead of those about as high as the hips: an arm on the
+    trunk is no place for it.
+    """
+    shapes = [b for b in robot.trunk_boxes if b[0, 2] <= HIP_HIGH and b[1, 2] >= -HIP_HIGH]
+    foremost = max(shapes, key=lambda b: float(b[1, 0]), default=robot.trunk_box)
+    front = max(float(foremost[1, 0]), float(robot.geometry.p_BH[:, 0].max()))
+    height = max(float(foremost[1, 2]) - BELOW_TOP, 0.0)
     return CameraMount(round(front + AHEAD, 3), 0.0, round(height, 3), USUAL_PITCH)
 
 
@@ -89,9 +96,13 @@ def check_mount(perception: PerceptionConfig, robot: RobotModel, *, source: str)
         InputError: It is inside, or nearer than MOUNT_ROOM; or farther away than MOUNT_AWAY.
     """
     mount, usual = camera_mount(perception, robot), usual_mount(robot)
+    told = (perception.camera_x, perception.camera_y, perception.camera_z)
+    own = robot.camera is not None and told == (None, None, None)
     place = np.array([mount.x, mount.y, mount.z])
 
     def refuse(remedy: str) -> InputError:
+        if own:
+            return InputError(source=robot.source, field="camera.x", value=mount.x, remedy=remedy)
         return InputError(source=source, field="perception.camera_x", value=mount.x, remedy=remedy)
 
     for low, high in robot.trunk_boxes:
@@ -99,15 +110,14 @@ def check_mount(perception: PerceptionConfig, robot: RobotModel, *, source: str)
             ahead, above = (float(high[k]) + MOUNT_ROOM for k in (0, 2))
             raise refuse(
                 f"the camera would be inside the trunk: put it at {ahead:.3f} m or farther "
-                f"ahead, or at a camera_z of {above:.3f} m or more"
+                f"ahead, or {above:.3f} m or more above the hips"
             )
     shapes = [*robot.trunk_boxes, *(np.stack([hip, hip]) for hip in robot.geometry.p_BH)]
     away = min(float(np.linalg.norm(place - np.clip(place, *shape))) for shape in shapes)
     if away > MOUNT_AWAY:
         raise refuse(
             f"the camera would be {away:.2f} m from the trunk, and {MOUNT_AWAY:g} m is the most: "
-            f"leave camera_x, camera_y and camera_z out, and it is at {usual.x:g}, {usual.y:g}, "
-            f"{usual.z:g} m"
+            f"put it nearer; on the trunk's front it is at {usual.x:g}, {usual.y:g}, {usual.z:g} m"
         )
 
 

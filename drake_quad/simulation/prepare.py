@@ -17,6 +17,7 @@ from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.onward import why_not
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.stance_margin import slopes_of
+from drake_quad.robot.digest import robot_digest
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import (
     course_of,
@@ -79,8 +80,9 @@ def _prepare_told(
     except PlanningError as error:
         raise _blame(scenario, error, source=source) from None
     return PreparedScenario(
-        scenario, robot, course, settings, tasks, stance, plan, world, disturbances
-    )
+        scenario, robot, course, settings, tasks, stance, plan, world, disturbances,
+        robot_digest=robot_digest(scenario.robot.model),
+    )  # fmt: skip
 
 
 def _prepare_seen(scenario: Scenario, *, source: str) -> PreparedScenario:

@@ -31,6 +31,7 @@ class PreparedScenario:
         sight: What the map was made of; None if it was told.
         growth: How to plan on where the robot looks again on its way; None if it does not.
         revisions: The maps that it had on its way, once it has been simulated.
+        robot_digest: Digest of the robot's file as it was read.
     """
 
     scenario: Scenario
@@ -45,6 +46,7 @@ class PreparedScenario:
     sight: Sight | None = None
     growth: Growth | None = None
     revisions: tuple[MapRevision, ...] = ()
+    robot_digest: str = ""
 
     def __repr__(self) -> str:
         return one_line(self, self.scenario.description, repr(self.robot), repr(self.plan))

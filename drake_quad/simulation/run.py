@@ -22,7 +22,6 @@ from drake_quad.perception.sight import with_reason
 from drake_quad.planning.contact_forces import SHARES
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.stance_margin import slopes_of
-from drake_quad.robot.digest import robot_digest
 from drake_quad.robot.doubts import all_doubts
 from drake_quad.robot.loader import MakeModelPlant
 from drake_quad.robot.model import contact_friction
@@ -104,7 +103,7 @@ def result_of(
         "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
         "seed": p.scenario.simulation.seed,
-        "robot": {"name": p.robot.name, "digest": robot_digest(p.scenario.robot.model)},
+        "robot": {"name": p.robot.name, "digest": p.robot_digest},
         "versions": {
             "drake_quad": __version__,
             "drake": version("drake"),
@@ -136,9 +135,9 @@ def assumptions_of(scenario: Scenario) -> str:
     """What a run's figures take for granted, in a line for people."""
     if scenario.simulation.mode == "kinematic":
         return "that the robot is where its plan has it: nothing was measured"
-    flags = "contact flags without error"
+    flags = "ideal drives, contact flags without error"
     if scenario.sensors.contacts == "joints":
-        flags = "joints without friction, which feel the feet's contacts"
+        flags = "ideal drives and joints without friction, which feel the feet's contacts"
     if scenario.sensors.ground_normal == "feet":
         flags += ", feet that feel the ground's tilt without error"
     if scenario.perception.map == "seen":
@@ -253,8 +252,9 @@ def simulate(
     if not isinstance(scenario, (Scenario, PreparedScenario)):
         scenario, source = load_scenario(scenario), str(scenario)
     given = scenario.scenario if isinstance(scenario, PreparedScenario) else scenario
+    checked = checked_copy(given, source=source)  # also of a plan's, which its run is saved with
     if planned is None:
-        given = checked_copy(given, source=source)
+        given = checked
     kinematic = given.simulation.mode == "kinematic"
     if kinematic and tracking is not None:
         raise InputError(

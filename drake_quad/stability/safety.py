@@ -103,6 +103,9 @@ def judge_safety(summary: Mapping[str, Any], wanted: float) -> Safety:
     slip = _number(summary, "slip_max")
     most = f" (at most {1e3 * MOST_SLIP:g})"
     put(slip <= MOST_SLIP, _figure("slip", "slip {:.1f} mm", 1e3 * slip) + most)
+    speed = _number(summary, "speed_ratio_max")
+    if speed > 1.0:  # nothing in the simulation keeps joints from it
+        lacks.append(f"a joint turned at {speed:.0%} of its speed limit")
     listed = summary.get("pushes")
     kicks = [k for k in listed if isinstance(k, Mapping)] if isinstance(listed, list) else []
     # The summary has null for a kick that the run did not come to: it proves nothing, either way.

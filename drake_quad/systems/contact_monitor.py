@@ -63,6 +63,12 @@ class ContactMonitor(LeafSystem):
         super().__init__()
         self.set_name("contact_monitor")
         self._feet = dict(foot_geometries)
+        instance = plant.GetJointByName(robot.joint_names[0]).model_instance()
+        self._own = {
+            geometry
+            for index in plant.GetBodyIndices(instance)
+            for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(index))
+        }
         self._shanks = [plant.GetJointByName(name).child_body() for name in robot.joint_names[2::3]]
         # 1 % of the robot's weight: what a run's log calls bearing.
         self._threshold = 0.01 * robot.mass * GRAVITY if threshold is None else threshold
@@ -100,8 +106,8 @@ class ContactMonitor(LeafSystem):
             pair = info.point_pair()
             a, b = feet.get(pair.id_A, NO_FOOT), feet.get(pair.id_B, NO_FOOT)
             row, sign = (b, 1.0) if a == NO_FOOT else (a, -1.0)  # the force is that on B
-            if a != NO_FOOT and b != NO_FOOT:
-                row = NO_FOOT  # two feet touching each other bear nothing
+            if pair.id_A in self._own and pair.id_B in self._own:
+                row = NO_FOOT  # a foot that touches the robot itself bears nothing
             add_contact(
                 sums, row, sign, info.contact_force(), pair.nhat_BA_W, info.contact_point(),
                 info.slip_speed(),
@@ -123,7 +129,7 @@ class ContactMonitor(LeafSystem):
             surface = info.contact_surface()
             m, n = feet.get(surface.id_M(), NO_FOOT), feet.get(surface.id_N(), NO_FOOT)
             row, sign = (m, 1.0) if m != NO_FOOT else (n, -1.0)  # the force is that on M
-            if m != NO_FOOT and n != NO_FOOT:
+            if surface.id_M() in self._own and surface.id_N() in self._own:
                 row = NO_FOOT
             centroid, normal = np.array(surface.centroid()), np.zeros(3)
             for face in range(surface.num_faces()):

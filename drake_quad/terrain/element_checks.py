@@ -1,7 +1,7 @@
 """Checks of a course's elements, in the order in which a person would mend them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
@@ -152,7 +152,7 @@ def check_elements(
         foot_radius: Radius of the robot's feet [m]: a tread must be deeper than a foot.
         turning_space: Shortest landing on which the robot turns [m].
     """
-    many = isinstance(elements, Sequence) and not isinstance(elements, str)
+    many = isinstance(elements, Iterable) and not isinstance(elements, str)
     for one in elements if many else [elements]:
         if not many or not isinstance(one, Element):
             raise InputError(

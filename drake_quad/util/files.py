@@ -45,9 +45,14 @@ def write_together(
         InputError: If one cannot be filled, with the system's reason; what was there before stays,
             and nothing half-written does, whatever ends it.
     """
+    files = {_target(path): write for path, write in files.items()}
     partials = {path: _partial(path) for path in files}
     gone, now = tuple(gone), next(iter(files))
     try:
+        for now in files:
+            if now.exists() and not now.is_file():  # to be in place of /dev/null would harm
+                kind = "is a directory" if now.is_dir() else "is no file"
+                raise OSError(errno.EISDIR, kind)
         for now, write in files.items():
             _fill(now, write)
         for now in (*files, *gone):
@@ -76,6 +81,11 @@ def write_together(
 def write_whole(path: Path, write: Write, *, option: str = "--out") -> None:
     """Writes one file, which replaces what was there before; see `write_together`."""
     write_together({path: write}, option=option)
+
+
+def _target(path: Path) -> Path:
+    """Where a file is written: a link stays, and what it leads to is replaced."""
+    return path.resolve() if path.is_symlink() else path
 
 
 def _partial(path: Path) -> Path:

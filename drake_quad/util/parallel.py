@@ -8,11 +8,13 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing import get_context
+from threading import RLock
 from typing import Any, TypeVar
 
 from drake_quad.errors import InputError
 from drake_quad.util.numbers import is_integer
 
+_ONE_AT_A_TIME = RLock()
 LOOK_PERIOD = 0.3  # [s] between looks at whether to stop
 Result = TypeVar("Result")
 
@@ -80,16 +82,18 @@ def without_script() -> Iterator[None]:
 
     They need nothing of it. `multiprocessing` has each import it, and a script that asks for
     several processes at its top, not under `if __name__ == "__main__"`, would ask for more in each.
+    Threads that begin processes wait for each other.
     """
-    main = sys.modules["__main__"]
-    names = ("__spec__", "__file__")
-    kept = {name: main.__dict__[name] for name in names if name in main.__dict__}
-    main.__spec__ = None
-    main.__dict__.pop("__file__", None)
-    try:
-        yield
-    finally:
-        main.__dict__.update(kept)
+    with _ONE_AT_A_TIME:
+        main = sys.modules["__main__"]
+        names = ("__spec__", "__file__")
+        kept = {name: main.__dict__[name] for name in names if name in main.__dict__}
+        main.__spec__ = None
+        main.__dict__.pop("__file__", None)
+        try:
+            yield
+        finally:
+            main.__dict__.update(kept)
 
 
 @contextmanager

@@ -45,6 +45,7 @@ def place(tmp_path: Path) -> Path:
         (("sweep", "study.yaml"), "--page", "study.yaml"),
         (("sweep", "study.yaml"), "--page", "notes.txt"),
         (("run", "scenario.yaml"), "--out", "."),
+        (("control", "scenario.yaml", "--dry-run"), "--record", "scenario.yaml"),
     ],
 )
 def test_no_command_overwrites_what_it_reads(
@@ -61,6 +62,7 @@ def test_no_command_overwrites_what_it_reads(
     ("words", "said"),
     [
         (("run", "me.urdf"), "is a robot; ask about it by `drake-quad check me.urdf`"),
+        (("run", "me.robot.yaml"), "is a robot; ask about it by `drake-quad check me.robot.yaml`"),
         (("plan", "spot"), "is a robot; ask about it by `drake-quad check spot`"),
         (("check", "scenario.yaml"), "this is a scenario; give a robot"),
         (("check", URL, "--rise", "15cm"), "--rise: rise = '15cm': must be a number with a"),

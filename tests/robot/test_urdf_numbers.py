@@ -44,11 +44,12 @@ def test_what_would_be_read_half_is_refused(case: str, tmp_path: Path) -> None:
 
 
 def test_what_physics_does_not_read_may_be_anything() -> None:
-    """Visual shapes and extensions of Gazebo are passed over, and empty texts."""
+    """Visual shapes, extensions of Gazebo, a fixed joint's axis and empty texts are passed over."""
     root = ET.fromstring(
         '<robot><link name="a"><visual><geometry><box size="0 0 0"/></geometry></visual>'
         '<collision><origin xyz="0, 0, 1" rpy=""/></collision></link>'
-        '<gazebo><mass value="a lot"/></gazebo></robot>'
+        '<gazebo reference="${prefix}a"><mass value="a lot"/></gazebo>'
+        '<joint name="j" type="fixed"><axis xyz="0"/><dynamics damping="-1"/></joint></robot>'
     )
     check_urdf(root, "file")
 

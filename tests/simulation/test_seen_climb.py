@@ -23,7 +23,7 @@ from drake_quad.scenario.load import load_scenario, parse_scenario, scenario_tex
 from drake_quad.scenario.perception_config import PerceptionConfig
 from drake_quad.simulation import prepare_seen
 from drake_quad.simulation.diagram import StairClimb, stair_climb_of
-from drake_quad.simulation.eyes import AddEyes, camera_mount, camera_of, mount_of
+from drake_quad.simulation.eyes import AddEyes, camera_mount, camera_of, check_mount, mount_of
 from drake_quad.simulation.look import look_around
 from drake_quad.simulation.prepare import judge_plan, prepare
 from drake_quad.simulation.prepare_seen import LINGER, blind_scenario, plan_on_sight
@@ -272,7 +272,24 @@ def test_a_camera_in_the_air_is_refused() -> None:
         prepare(scenario("perception.camera_x=0.9"), source="file.yaml")
     line = str(refused.value)
     assert "camera_x = 0.9: the camera would be 0.29 m from the trunk, and 0.15 m is" in line
-    assert "it is at 0.64, 0, 0.12 m" in line
+    assert "on the trunk's front it is at 0.64, 0, 0.12 m" in line
+
+
+def test_a_robots_own_camera_in_the_air_is_its_files_fault() -> None:
+    """The line names the robot's file and field, and not one that the scenario has not set."""
+    robot = replace(paper_robot(), camera=CameraMount(1.0, 0.0, 0.1, 30.0), source="my.robot.yaml")
+    with pytest.raises(InputError, match=r"my\.robot\.yaml: camera\.x = 1\.0: the camera would be"):
+        check_mount(PerceptionConfig(), robot, source="file.yaml")
+
+
+def test_the_usual_camera_is_no_arms() -> None:
+    """What is on the trunk, higher than its hips, is passed over: the camera is on its front."""
+    robot = paper_robot()
+    arm = np.array([[0.2, -0.1, 0.4], [1.2, 0.1, 0.8]])
+    boxes = np.concatenate([robot.trunk_boxes, arm[None]])
+    armed = replace(robot, trunk_boxes=boxes, trunk_box=np.array([[-0.43, -0.13, -0.06], arm[1]]))
+    assert camera_mount(PerceptionConfig(), armed) == camera_mount(PerceptionConfig(), robot)
+    check_mount(PerceptionConfig(), armed, source="file.yaml")
 
 
 def test_the_camera_is_where_scenario_robot_or_trunk_say() -> None:

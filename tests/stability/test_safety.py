@@ -55,6 +55,7 @@ def test_a_run_that_lacks_nothing_is_safe() -> None:
         ({"swing_hit_samples": None}, "what swing feet touch not measured"),
         ({"slip_max": 0.0111}, "slip 11.1 mm (at most 10)"),
         ({"slip_max": True}, "slip not measured"),
+        ({"speed_ratio_max": 1.08}, "a joint turned at 108% of its speed limit"),
         ({"pushes": [{"recovered": True}, {"recovered": False}]}, "1 of 2 kicks withstood"),
         ({"pushes": [{"recovered": True}, {}]}, "1 of 2 kicks withstood"),
     ],

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from drake_quad.systems.contact_monitor import ContactMonitor, find_feet
 from drake_quad.terrain.drake_geometry import AddCourse
 
 ROBOT_WEIGHT = 60.0 * GRAVITY
+MODEL = Path(__file__).parents[2] / "models" / URL.rpartition("/")[2]
 
 
 @dataclass
@@ -43,13 +45,14 @@ class Rig:
 
 
 @cache
-def rig() -> Rig:
+def rig(url: str = URL) -> Rig:
+    """Of the shipped robot, or of one like it."""
     builder = DiagramBuilder()
     config = MultibodyPlantConfig(
         time_step=0.001, contact_model="point", discrete_contact_approximation="lagged"
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
-    instance = AddRobot(plant, URL)
+    instance = AddRobot(plant, url)
     AddCourse(plant, flat_course(), friction=0.8)
     plant.Finalize()
     for index in plant.GetJointActuatorIndices(instance):
@@ -75,8 +78,8 @@ def rig() -> Rig:
 class Scene:
     """One simulation of the rig, from a state, with the joints held where they are then."""
 
-    def __init__(self, state: FloatArray) -> None:
-        self.rig = rig()
+    def __init__(self, state: FloatArray, url: str = URL) -> None:
+        self.rig = rig(url)
         self.simulator = Simulator(self.rig.diagram)
         self.context: Context = self.simulator.get_mutable_context()
         self.rig.plant.SetPositionsAndVelocities(
@@ -210,6 +213,31 @@ def test_foot_against_foot_bears_nothing() -> None:
     scene = Scene(state_of(body, feet, layout=rig().layout)).run(0.011)
     count, force = scene.read("nonfoot_contact")
     assert count == 1.0 and force > 1.0
+    assert scene.read("contact_state_measured").tolist() == [0.0] * 4
+    assert np.all(scene.read("foot_force_measured") == 0.0)
+
+
+def test_foot_against_the_trunk_bears_nothing(tmp_path: Path) -> None:
+    """A foot that touches the robot's own trunk, in the air, is no foot that stands.
+
+    It would widen the polygon in which the centre of mass has to be. The robot is the shipped one
+    with a trunk that hangs down to its feet.
+    """
+    text = MODEL.read_text(encoding="utf-8")
+    box = '<collision name="trunk"><origin xyz="0 0 0.02"/><geometry><box size="0.86 0.26 0.16"/>'
+    deep = '<collision name="trunk"><origin xyz="0 0 -0.2"/><geometry><box size="0.6 0.06 0.6"/>'
+    assert box in text
+    file = tmp_path / "deep.urdf"
+    file.write_text(text.replace(box, deep), encoding="utf-8")
+    stance = stand_plan().end
+    body, feet = np.array(stance.body), np.array(stance.feet)
+    body[2] += 0.5
+    feet[:, 2] += 0.5
+    radius = paper_robot().foot_radius
+    feet[0] = body[:3] + np.array([0.2, 0.03 + 0.8 * radius, -0.48])
+    scene = Scene(state_of(body, feet, layout=rig().layout), str(file)).run(0.011)
+    count, force = scene.read("nonfoot_contact")
+    assert count >= 1.0 and force > 1.0
     assert scene.read("contact_state_measured").tolist() == [0.0] * 4
     assert np.all(scene.read("foot_force_measured") == 0.0)
 

@@ -98,7 +98,7 @@ NUMBERS = {
     "hip": (2, -2.0 * math.pi, 2.0 * math.pi, "rad"),
     "knee": (2, 0.0, math.pi, "rad, how far it bends at least and at most"),
 }
-CAMERA = {"x": 2.0, "y": 2.0, "z": 2.0, "pitch_deg": 90.0}  # the most of each, either way
+CAMERA = {"x": (-2.0, 2.0), "y": (-2.0, 2.0), "z": (-2.0, 2.0), "pitch_deg": (-30.0, 90.0)}
 LEAST_RANGE = 0.01  # [rad] between a joint's limits
 
 Refuse = Callable[[str, object, str], InputError]
@@ -195,10 +195,10 @@ def _camera(value: Any, refuse: Refuse) -> CameraMount:
     if not isinstance(value, dict) or set(value) != set(CAMERA):
         raise refuse("camera", value, f"{', '.join(CAMERA)} are needed, in m and degrees")
     figures = {}
-    for name, most in CAMERA.items():
+    for name, (least, most) in CAMERA.items():
         (figures[name],) = _numbers(f"camera.{name}", value[name], 1, refuse)
-        if abs(figures[name]) > most:
-            remedy = f"must be within {-most:g} and {most:g}"
+        if not least <= figures[name] <= most:
+            remedy = f"must be within {least:g} and {most:g}"
             raise refuse(f"camera.{name}", value[name], remedy)
     return CameraMount(**figures)
 

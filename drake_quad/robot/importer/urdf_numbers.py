@@ -24,7 +24,8 @@ _WANTED = {
     (f"drake{COLON}gear_ratio", "value"): (1, POSITIVE),
     (f"drake{COLON}rotor_inertia", "value"): (1, NOT_NEGATIVE),
 }
-_NOT_READ = ("visual", "gazebo")  # nothing of the physics is in these
+_NOT_READ = ("visual", "gazebo", "plugin", "ros2_control")  # nothing of the physics is in these
+_OF_MOVING = ("axis", "limit", "dynamics")  # which mean nothing in a fixed joint
 _PLURAL = {1: "one number", 3: "three numbers"}
 
 
@@ -34,18 +35,21 @@ def check_urdf(root: ET.Element, source: str) -> None:
     Raises:
         InputError: Naming the link or joint, the element, its attribute and the text.
     """
-    _check_expanded(root, source)
-    ahead = [(root, "")]
+    ahead = [(root, "", False)]
     while ahead:
-        element, holder = ahead.pop()
+        element, holder, fixed = ahead.pop()
         if element.tag in _NOT_READ:
             continue
-        named = element.get("name", "") if element.tag in ("link", "joint") else holder
-        ahead += [(child, named) for child in reversed(element)]
+        _check_expanded(element, source)
+        if element.tag in ("link", "joint"):
+            holder, fixed = element.get("name", ""), element.get("type") == "fixed"
+        ahead += [(child, holder, fixed) for child in reversed(element)]
+        if fixed and element.tag in _OF_MOVING:
+            continue
         for key, text in element.attrib.items():
             wanted = _WANTED.get((element.tag, key))
             if wanted is not None and text.strip():
-                _check(text, *wanted, source=source, field=_field(named, element.tag, key))
+                _check(text, *wanted, source=source, field=_field(holder, element.tag, key))
 
 
 def _field(named: str, tag: str, key: str) -> str:
@@ -68,18 +72,17 @@ def _check(text: str, count: int, sign: str, *, source: str, field: str) -> None
     raise InputError(source=source, field=field, value=text, remedy=remedy)
 
 
-def _check_expanded(root: ET.Element, source: str) -> None:
+def _check_expanded(element: ET.Element, source: str) -> None:
     """Refuses xacro, which is no URDF before it is expanded.
 
     Raises:
-        InputError: It is xacro.
+        InputError: The element is of xacro, or an attribute of it holds a macro.
     """
-    for element in root.iter():
-        values = [text for text in element.attrib.values() if "${" in text or "$(" in text]
-        if element.tag.startswith(f"xacro{COLON}") or values:
-            raise InputError(
-                source=source,
-                field=element.tag.replace(COLON, ":"),
-                value=next(iter(values), element.get("name", "")),
-                remedy="is xacro; expand it first: xacro robot.xacro > robot.urdf",
-            )
+    values = [text for text in element.attrib.values() if "${" in text or "$(" in text]
+    if element.tag.startswith(f"xacro{COLON}") or values:
+        raise InputError(
+            source=source,
+            field=element.tag.replace(COLON, ":"),
+            value=next(iter(values), element.get("name", "")),
+            remedy="is xacro; expand it first: xacro robot.xacro > robot.urdf",
+        )
