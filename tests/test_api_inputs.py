@@ -101,12 +101,14 @@ def test_numbers_of_numpy_and_dicts_are_taken() -> None:
     scenario: Any = walk()
     scenario.gait.duty_factor, scenario.simulation.seed = np.float64(0.9), np.int64(3)
     scenario.course = [{"kind": "floor", "length": 6.0}]
-    scenario.disturbances.pushes = [PushConfig(time=1.0, force=np.array([1.0, 0.0, 0.0]))]
+    force: Any = np.array([1.0, 0.0, 0.0])
+    scenario.disturbances.pushes = [PushConfig(time=1.0, force=force)]
     taken = dq.plan(scenario).scenario
     assert (taken.gait.duty_factor, taken.simulation.seed) == (0.9, 3)
     assert taken.course[0] == dq.Element("floor", length=6.0)
     assert taken.disturbances.pushes[0].force == [1.0, 0.0, 0.0]
-    assert dq.build_course(np.array([dq.Element("floor", length=2.0)], dtype=object)).lanes
+    elements: Any = np.array([dq.Element("floor", length=2.0)], dtype=object)
+    assert len(dq.build_course(elements).lanes) == 1
 
 
 @pytest.mark.parametrize(

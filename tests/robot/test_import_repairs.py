@@ -226,6 +226,29 @@ def test_missing_meshes_are_dropped_and_stood_in_for(tmp_path: Path) -> None:
     assert sum("not there" in note for note in notes_of(robot)) == 4
 
 
+@pytest.mark.parametrize(("ahead", "missing"), [(0.01, False), (0.05, True)])
+def test_a_shank_that_bows_out_of_its_capsule_is_told(
+    ahead: float, missing: bool, tmp_path: Path
+) -> None:
+    """By how much the capsule is too thin: clearances and certificates are of the capsule."""
+    corners = [(x, y, z) for z in (0.0, -0.1, -0.2) for x, y in ((0.0, 0.005), (0.0, -0.005))]
+    corners[2:4] = [(ahead, 0.005, -0.1), (ahead, -0.005, -0.1)]  # it bows in its middle
+    mesh = (
+        "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f 1 2 3\nf 2 3 4\nf 3 4 5\nf 4 5 6\n"
+    )
+    (tmp_path / "bowed.obj").write_text(mesh)
+    shank = f'<link name="FL_shank">{MESH.format("bowed.obj")}'
+    text = PLAIN.text().replace('<link name="FL_shank">', shank)
+    robot = load_robot(write(tmp_path, text))
+    (capsule,) = [s for s in collision_shapes(robot)["FL_shank"] if isinstance(s, Capsule)]
+    (note,) = [n for n in notes_of(robot) if "as a capsule of radius" in n]
+    told = re.search(r"(\d+) mm thinner than it is where it is thickest", note)
+    assert (told is not None) == missing
+    if told is not None:
+        reach = np.hypot(ahead, 0.005) - capsule.radius()
+        assert float(told[1]) == pytest.approx(1e3 * reach, abs=0.6)
+
+
 def test_collision_meshes_become_primitives_that_hold_them(tmp_path: Path) -> None:
     """A trunk's mesh becomes its box, a shank's a capsule no thicker than the foot."""
     (tmp_path / "cube.obj").write_text(CUBE)

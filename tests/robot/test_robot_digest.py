@@ -30,3 +30,13 @@ def test_great_meshes_are_known_by_name_and_size(tmp_path: Path) -> None:
     one = robot(tmp_path / "one", mesh=great)
     assert robot(tmp_path / "two", mesh=great.replace(b"0", b"1")) == one
     assert robot(tmp_path / "three", mesh=great + b"\n") != one
+
+
+def test_overrides_that_say_nothing_make_no_other_robot(tmp_path: Path) -> None:
+    """So a run's digest stays, when later versions know of more that could be said."""
+    one = robot(tmp_path / "one")
+    said = tmp_path / "one" / "my.robot.yaml"
+    said.write_text("model: robot.xml\n")
+    assert robot_digest(str(said)) == one
+    said.write_text("model: robot.xml\nfoot_radius: 0.02\n")
+    assert robot_digest(str(said)) != one

@@ -26,6 +26,8 @@ DEEP = 0.5  # height of a trunk's box that stands for nothing known, of the hips
 STANDING_PITCH = 0.9  # [rad] of the hip from straight down, within which robots stand and walk
 STANDING_SWAY = 0.15  # [rad] of abduction, likewise
 FOOT_PART = 1 / 3  # of the shank, at its end: a shape within is the foot's own, whatever its form
+BARE = 0.9  # of a shank, beyond which the foot's sphere stands for it
+TOLD_FROM = 0.003  # [m] by which a shape may reach out of its capsule without a word
 WITHIN = 90.0  # percent of a mesh's vertices that its capsule's radius holds
 
 
@@ -86,7 +88,8 @@ def shank_shapes(leg: NormalLeg) -> tuple[list[GeometryInstance], list[Note]]:
     if not odd:
         return shapes, []
     capsule = _capsule(odd, link, link.end, 0.8 * radius)
-    return [*shapes, capsule], [_told(link, capsule, ", ".join(p.name for p in odd))]
+    what = ", ".join(p.name for p in odd)
+    return [*shapes, capsule], [_told(link, capsule, what, _beyond(odd, link.end, capsule))]
 
 
 def foot_shape(leg: NormalLeg) -> GeometryInstance:
@@ -192,10 +195,23 @@ def _stand_in(link: NormalLink, most: float) -> tuple[list[GeometryInstance], li
     return [piece], [Note(ASSUMED, text)]
 
 
-def _told(link: NormalLink, capsule: GeometryInstance, what: str) -> Note:
-    """What a capsule stands for."""
+def _beyond(pieces: list[GeometryInstance], end: FloatArray, capsule: GeometryInstance) -> float:
+    """How far shapes reach out of the capsule that stands for them [m], but next to the foot."""
+    points = np.concatenate([points_of(p) for p in pieces])
+    length = float(np.linalg.norm(end))
+    s = points @ end / length
+    points, s = points[s < BARE * length], np.clip(s[s < BARE * length], 0.0, length)
+    aside = np.linalg.norm(points - s[:, None] * end / length, axis=1)
+    return float(np.max(aside, initial=0.0)) - float(capsule.shape.radius())
+
+
+def _told(link: NormalLink, capsule: GeometryInstance, what: str, beyond: float) -> Note:
+    """What a capsule stands for, and what of that it is too thin for."""
     size = f"{1e3 * capsule.shape.radius():.0f} mm"
-    return Note(REPAIRED, f"{link.name}: {what} as a capsule of radius {size} along the link")
+    text = f"{link.name}: {what} as a capsule of radius {size} along the link"
+    if beyond >= TOLD_FROM:
+        text += f", {1e3 * beyond:.0f} mm thinner than it is where it is thickest"
+    return Note(REPAIRED, text)
 
 
 def thighs_inside_trunk(urdf: Path, robot: NormalRobot) -> list[str]:
