@@ -23,7 +23,7 @@ def test_a_balanced_gait_and_its_curve_are_told_and_saved(tmp_path: Path) -> Non
     pace = told["pace"]
     assert pace["wish"] == {
         "prefer": "balanced", "speed": None, "min_margin": None, "balance": "static",
-        "fulfilled": True,
+        "fulfilled": True, "unmet": [],
     }  # fmt: skip
     assert pace["speed"] > 1.5 * pace["slow"]["speed"]
     assert told["plan"]["margin"] >= 0.8 * pace["slow"]["margin"]
