@@ -114,3 +114,13 @@ def _cut(text: str, longest: int) -> str:
     if len(text) <= longest:
         return text
     return f"{text[: longest // 2]}... ({len(text)} letters) ...{text[-longest // 4 :]}"
+
+
+def check_kind(value: object, kinds: tuple[type, ...], what: str, remedy: str) -> None:
+    """Makes sure that what was given is of one of some classes.
+
+    Raises:
+        InputError: It is not.
+    """
+    if not isinstance(value, kinds):
+        raise InputError(source=what, field="type", value=type(value).__name__, remedy=remedy)

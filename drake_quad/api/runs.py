@@ -96,7 +96,7 @@ def report_plan(
     """Plans a scenario, judges the plan, and certifies it, for `drake-quad plan`.
 
     Args:
-        scenario: A scenario, or a shipped one's name or a file.
+        scenario: A scenario, which is copied and checked, or a shipped one's name or a file.
         source: Name of its file, for errors.
         out: Directory for plan.json and certificate.json, if they are to be written.
 

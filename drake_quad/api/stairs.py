@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, check_kind
 from drake_quad.feasibility.chart import Span, StairChart, chart_grid, grid_of
 from drake_quad.feasibility.check import check_flight, design_for_course
 from drake_quad.feasibility.flight import Around
@@ -281,13 +281,3 @@ def _model_of(robot: Robot) -> str:
             "or say there, or in a .robot.yaml beside it, what is different",
         )
     return model
-
-
-def check_kind(value: object, kinds: tuple[type, ...], what: str, remedy: str) -> None:
-    """Makes sure that what was given is of one of some classes.
-
-    Raises:
-        InputError: It is not.
-    """
-    if not isinstance(value, kinds):
-        raise InputError(source=what, field="type", value=type(value).__name__, remedy=remedy)

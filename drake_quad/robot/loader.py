@@ -14,7 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, RigidBody
 
 from drake_quad.common import GRAVITY, read_only
-from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError
+from drake_quad.errors import MACHINE_FAULTS, InputError, MachineError, check_kind
 from drake_quad.robot.from_plant import EXACT, IMPORTED, read_model
 from drake_quad.robot.importer.leg_frames import THINNEST
 from drake_quad.robot.importer.meshes import files_of_mesh
@@ -65,11 +65,7 @@ def load_robot(url: str | Path) -> RobotModel:
     Raises:
         InputError: If there is no such robot, or it is no quadruped with abduction-hip-knee legs.
     """
-    if not isinstance(url, (str, Path)):
-        raise InputError(
-            source="robot", field="type", value=type(url).__name__,
-            remedy="must be a robot's name or file",
-        )  # fmt: skip
+    check_kind(url, (str, Path), "robot", "must be a robot's name or file")
     url = str(url)
     file = normal_form(url)
     tolerance = IMPORTED if _is_imported(file) else EXACT

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_quad.common import FloatArray, read_only
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, check_kind
 from drake_quad.perception.stair_map import course_of_description
 from drake_quad.robot.digest import robot_digest
 from drake_quad.robot.loader import MakeModelPlant
@@ -122,11 +122,8 @@ def load_run(directory: str | Path) -> RecordedRun:
         InputError: No such directory, no scenario in it, or one that cannot be used; or a log whose
             times are none of a run.
     """
-    if not isinstance(directory, (str, Path)):
-        raise InputError(
-            source="run", field="type", value=type(directory).__name__,
-            remedy="must be a run's directory; `save` of a RunResult writes one",
-        )  # fmt: skip
+    remedy = "must be a run's directory; `save` of a RunResult writes one"
+    check_kind(directory, (str, Path), "run", remedy)
     directory = user_path(directory)
     if not is_given(directory / SCENARIO):  # a pipe there is told of as it is read
         there = "holds no scenario.yaml" if directory.is_dir() else "no such directory"

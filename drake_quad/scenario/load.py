@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_typed
 
-from drake_quad.errors import InputError
+from drake_quad.errors import InputError, check_kind
 from drake_quad.robot.importer.overrides import is_yaml
 from drake_quad.robot.importer.sources import is_known, is_name
 from drake_quad.scenario.config import Scenario
@@ -185,11 +185,8 @@ def load_scenario(
         InputError: No such scenario, or anything in it that cannot be used: one line that names
             the file, the field's path, its value, and what would be right.
     """
-    if not isinstance(name_or_path, (str, Path)):
-        raise InputError(
-            source="scenario", field="type", value=type(name_or_path).__name__,
-            remedy="must be a shipped scenario's name or a file",
-        )  # fmt: skip
+    remedy = "must be a shipped scenario's name or a file"
+    check_kind(name_or_path, (str, Path), "scenario", remedy)
     name = str(name_or_path)
     path = _models() / f"{name}{SUFFIX}" if name in _shipped() else user_path(name)
     try:
@@ -311,22 +308,10 @@ def save_scenario(scenario: Scenario, path: str | Path) -> None:
     Raises:
         InputError: If the file cannot be written, or something in the scenario cannot be.
     """
-    text = scenario_text(checked_copy(_a_scenario(scenario)))
+    remedy = "must be a Scenario, such as load_scenario returns"
+    check_kind(scenario, (Scenario,), "scenario", remedy)
+    text = scenario_text(checked_copy(scenario))
     write_whole(user_path(path), lambda to: to.write_text(text, encoding="utf-8"), option="path")
-
-
-def _a_scenario(given: object) -> Scenario:
-    """What was given, if it is a scenario.
-
-    Raises:
-        InputError: It is something else.
-    """
-    if isinstance(given, Scenario):
-        return given
-    raise InputError(
-        source="scenario", field="type", value=type(given).__name__,
-        remedy="must be a Scenario, such as load_scenario returns",
-    )  # fmt: skip
 
 
 def shipped_scenarios() -> list[tuple[str, str]]:
