@@ -98,6 +98,7 @@ def plan_design(
     beat: Designed | None,
     walks: Walks | None = None,
     enough: Callable[[MotionPlan], bool] = lambda _: True,
+    known: dict[int, MotionPlan] | None = None,
 ) -> Designed | None:
     """Plans a scenario in full; None as soon as it is no better than another.
 
@@ -111,6 +112,7 @@ def plan_design(
         beat: The other, if there is one.
         walks: The tasks that are planned, in this order; all if None.
         enough: Whether a task's plan leaves enough; after one that does not, no other is planned.
+        known: Plans of the same tasks with other times, see `plan_tasks`.
 
     Raises:
         PlanningError: If there is no plan, or one that touches the stairs with more than feet.
@@ -120,10 +122,17 @@ def plan_design(
     tasks = mission_of(scenario, course, source=source)
     begun, plans, ground = time.perf_counter(), [], slopes_of(course, settings.friction)
     clearance, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
+    known = {} if known is None else known
+
+    def alone(k: int, stance: Stance) -> MotionPlan:
+        like = known.get(k)
+        known[k] = plan_task(robot, course, settings, tasks[k], stance, index=k, like=like)
+        return known[k]
+
     if walks is None:
-        planned = plan_tasks(robot, course, settings, tasks, stance)
+        planned = plan_tasks(robot, course, settings, tasks, stance, known)
     else:
-        planned = (plan_task(robot, course, settings, tasks[k], s, index=k) for k, s in walks)
+        planned = (alone(k, begin) for k, begin in walks)
     for plan in planned:
         task = tasks[plan.index]
         samples = check_plan(robot, plan, dynamic=settings.dynamic)

@@ -137,7 +137,7 @@ def quicken(
             try:
                 found = search.quickest(preference.speed, speed, margins)
             except SearchStoppedError:
-                known = search.so_far
+                known = search.so_far()
                 found = known if known is not None and known.speed > speed else None
             if found is None:
                 continue

@@ -25,6 +25,7 @@ from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.config import Scenario
 
 SAME_SPEED = 0.02  # shares of a foot's speed that make no difference
+FALLS_OVER = 0.5  # of the margin to be kept, below zero: no times will do
 PLANS = 4  # with other speeds of the feet, at most
 FASTER = (1.0, 0.5)  # shares of the way to feet as fast as their own joints allow
 
@@ -54,6 +55,8 @@ class TempoPlanner:
         scenario: The gait's scenario, with the body as high as was asked for last.
         speeds: How fast feet go.
         refused: Whether the gait's footprints have been refused.
+        falls_over: Whether the last plan of the whole course had a static margin so far below zero
+            that other times, or a path that seeks another margin, hardly give it any.
     """
 
     def __init__(
@@ -77,12 +80,15 @@ class TempoPlanner:
         self._moving = gait.scenario.body.balance == "dynamic"
         self.gait, self.kept, self.most, self.scenario = gait, kept, inf, gait.scenario
         self.speeds, self.refused = FootSpeeds.all_at(ANY_SPEED), False
+        self.falls_over = False
         # Whether all are as slow as one joint asks, and whether each is as fast as its own then.
         self._limited = self._grouped = False
+        self._known: dict[int, MotionPlan] = {}  # the last plan of each task, to begin others with
 
     def lower(self, share: float) -> None:
         """Plans from now on with the body lower by a share of a leg."""
         height, leg = self.gait.scenario.gait.body_height, leg_length(self._robot)
+        self._known.clear()
         self.scenario = copy.deepcopy(self.gait.scenario)
         self.scenario.gait.body_height = float(f"{height - share * leg:.4g}")
 
@@ -101,12 +107,15 @@ class TempoPlanner:
             The plan; None if there is none.
         """
         found: TempoTrial | None = None
+        self.falls_over = False
         for _ in range(PLANS):
             now = self.speeds
             try:
                 found = self._try(replace(tempo, speeds=now), walks)
             except PlanningError as error:
                 self.refused = "footprints_apart" in error.data and not self.gait.planned
+                margin = error.data.get("margin", 0.0)
+                self.falls_over = not self._moving and margin < -FALLS_OVER * self.kept.margin
                 too_fast = error.data.get("too_fast")
                 if too_fast is None:
                     break
@@ -145,10 +154,25 @@ class TempoPlanner:
         self.speeds = best.tempo.speeds
         return best
 
+    def plan_anew(self, tempo: Tempo) -> TempoTrial | None:
+        """The whole course's plan as anyone finds it who has its times; None if there is none.
+
+        Other plans are begun with earlier ones. That is quicker, and they may differ a little.
+        """
+        self._known.clear()
+        found = self.plan(tempo)
+        if found is None or found.anew:
+            return found
+        self._known.clear()
+        try:
+            return self._try(found.tempo, None)
+        except PlanningError:
+            return None
+
     def _try(self, tempo: Tempo, walks: Walks | None) -> TempoTrial:
         return try_tempo(
             self.scenario, self.gait.design, self._robot, tempo, most=self.most,
-            source=self._source, walks=walks,
+            source=self._source, walks=walks, known=self._known,
             enough=lambda plan: walks is None or self.left(plan) >= 0.0,
         )  # fmt: skip
 

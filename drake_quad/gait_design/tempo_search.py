@@ -24,6 +24,7 @@ from drake_quad.gait_design.tempo import (
 from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of
+from drake_quad.scenario.config import Scenario
 
 # Ratios of the shortest swing. The next is tried if there is no gait yet, or one that mostly waits
 # at its switches, and the zero-moment point is what is short: heavy legs throw the body about. Once
@@ -37,6 +38,7 @@ SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kep
 CLOSE = 0.05  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
+FALLEN = 2  # times at the switches with which a gait would fall over: then others would, too
 TRIES = 6  # plans of the whole mission, where it leaves less than its critical walks
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -96,7 +98,8 @@ class TempoSearch:
         """
         self._slow, self._note, self._stop = slow, note, stop
         self._planner = TempoPlanner(gait, slow, robot, kept, source)
-        self.so_far: TempoTrial | None = None  # the quickest plan of all that keeps enough
+        # Plans of all tasks that keep enough, each with its scenario and the margin that it seeks.
+        self._kept: list[tuple[TempoTrial, Scenario, float]] = []
         self._moving = gait.scenario.body.balance == "dynamic"
         course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
         runs = [s.run for s in flights_of(course, gait.scenario.gait.deep_tread)]
@@ -105,6 +108,8 @@ class TempoSearch:
         self._rooms_known: dict[tuple[float, float], dict[float, Trials]] = {}
         self._trials: dict[float, Trials] = {}  # by ratio of swings
         self._parts = True  # whether later trials are of the critical tasks alone
+        # Times at the switches with which the robot would fall over, by share of a leg [s].
+        self._fallen: dict[float, list[float]] = {}
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
@@ -117,7 +122,7 @@ class TempoSearch:
             kept: The margins that are to be kept, from now on; as before if None.
 
         Raises:
-            SearchStoppedError: It is stopped before it ends; see `so_far`.
+            SearchStoppedError: It is stopped before it ends; see `so_far()`.
         """
         if kept is not None:
             self._planner.kept = kept
@@ -134,6 +139,20 @@ class TempoSearch:
             if not self._throws_body(stretch):
                 break
         return best
+
+    def so_far(self) -> TempoTrial | None:
+        """The quickest plan so far of all that keeps enough, as anyone finds it; None without."""
+        planner = self._planner
+        for found, planner.scenario, planner.most in sorted(
+            self._kept, key=lambda kept: kept[0].speed, reverse=True
+        ):
+            if found.anew:
+                return found
+            planner.speeds = found.tempo.speeds
+            whole = planner.plan_anew(found.tempo)
+            if planner.spare(whole) >= 0.0:
+                return whole
+        return None
 
     def _throws_body(self, stretch: float) -> bool:
         """Whether slower swings may leave more margin.
@@ -200,11 +219,11 @@ class TempoSearch:
         for _ in range(TRIES):
             found = at or self._seek(first, faster_than)
             at = None
-            if found is None or found.walks is None:
+            if found is None or (found.walks is None and found.anew):
                 return found
-            # The same times with all that was left out.
+            # The same times with all that was left out, and as anyone plans them.
             self._planner.speeds = found.tempo.speeds
-            whole = self._planner.plan(found.tempo)
+            whole = self._planner.plan_anew(found.tempo)
             if whole is not None and self._planner.spare(whole) >= 0.0:
                 return whole if whole.speed > faster_than else None
             self._learn(found, whole)
@@ -231,7 +250,7 @@ class TempoSearch:
             note(f"planning with {tempo.swing:.2f} s a swing, {tempo.switch:.2f} s at the switches")
             for most in (inf, room):
                 self._planner.most = most
-                found = self._planner.plan(tempo)
+                found = self._planner.plan_anew(tempo)
                 if found is not None and self._planner.spare(found) >= 0.0:
                     yield found
                     break
@@ -262,11 +281,9 @@ class TempoSearch:
         return trials.known[switch]
 
     def _keep(self, found: TempoTrial | None) -> None:
-        """Remembers a plan of all tasks that keeps enough, if it is the quickest so far."""
-        if found is None or found.walks is not None or self._planner.spare(found) < 0.0:
-            return
-        if self.so_far is None or found.speed > self.so_far.speed:
-            self.so_far = found
+        """Remembers a plan of all tasks that keeps enough."""
+        if found is not None and found.walks is None and self._planner.spare(found) >= 0.0:
+            self._kept.append((found, self._planner.scenario, self._planner.most))
 
     def _critical(self, trial: TempoTrial) -> tuple[int, ...]:
         """The tasks of a whole plan with the least margin, or nearly so, by places in it."""
@@ -286,7 +303,9 @@ class TempoSearch:
         short = () if whole is None else self._critical(whole)
         more = tuple(k for k in short if k not in trials.critical)
         trials.critical = (*more, *trials.critical) if more else ()
-        trials.known = {t: k for t, k in trials.known.items() if k is None or k.walks is None}
+        trials.known = {
+            t: k for t, k in trials.known.items() if k is None or (k.walks is None and k.anew)
+        }
         trials.known[trial.tempo.switch] = whole
 
     def _longest_switch(self, stretch: float, speed: float) -> float:
@@ -299,13 +318,16 @@ class TempoSearch:
 
         A path that seeks much margin takes the body far off its way, and so near to the stairs, or
         as quickly from side to side as costs the zero-moment point its margin. A gait of which
-        there is a plan with slow times stays as high as it is.
+        there is a plan with slow times stays as high as it is. At a height at which the robot would
+        fall over however it sways, and with longer times too, no others are tried.
 
         Yields:
             A plan that leaves enough of all but margin, of each choice that has one.
         """
         planner = self._planner
         for share in LOWERED[: 1 if planner.gait.planned else None]:
+            if len(self._fallen.get(share, ())) >= FALLEN:
+                continue
             planner.lower(share)
             for most in SOUGHT_MOST:
                 planner.most = most * max(planner.kept.margin, KEPT * self._slow.margin)
@@ -313,6 +335,9 @@ class TempoSearch:
                 found = self.trial(self._stretch, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
+                if found is None and planner.falls_over:
+                    self._fallen.setdefault(share, []).append(switch)
+                    break
 
     def _at_speed(self, speed: float) -> TempoTrial | None:
         """A plan with all the time that there is at a speed [m/s]; None if it keeps too little."""

@@ -11,11 +11,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from drake_quad.common import FloatArray
-from drake_quad.errors import PlanningError
 from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
-from drake_quad.planning.body_problem import FAR, BodyProblem
+from drake_quad.planning.body_problem import FAR, BodyProblem, make_basis
 from drake_quad.planning.body_qp import (
-    BROKEN,
     BodyFrame,
     BodySolution,
     make_frame,
@@ -31,7 +29,6 @@ from drake_quad.planning.contact_plan import (
     swing_times,
 )
 from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_arm
-from drake_quad.planning.limits_search import keep_limits
 from drake_quad.planning.motion_plan import pose_robot, roll_along
 from drake_quad.planning.problem import KNOT, PlanSettings
 from drake_quad.planning.stance_margin import Footing
@@ -54,13 +51,14 @@ ROLLED = 4e-4  # [m] by which feet may roll otherwise than along the path found
 ROLLS = 3  # times at most that they are followed again
 UNIFORM_KNOT = 0.02  # [s]: the paper's path starts and stops at once, which a fine spline follows
 DYNAMIC_GUARD = 0.02  # [s] what `PlanSettings.guard` is for the zero-moment point alone
-LINE_PASSES = 2  # in which a path that keeps limits comes back to the line of two feet
+KEPT = 1e-4  # [m] beyond limits: as good as within them
 DYNAMIC_TEMPO = 0.6  # finer still: the point crosses a diagonal in the short time on four feet
 # Bounds of the body's lift, in leg lengths, and tilt [rad] where legs are at their limits. It does
 # not sink as far as it rises, for the trunk's clearance is not looked at here.
 MOST_SINK, MOST_LIFT, MOST_TILT = 0.04, 0.12, 0.25
 STEEPEST = FALLEN_TILT - 0.10  # [rad] in all, with what the legs ask for at their limits
 PER_SWING = 12  # moments of every swing at which legs' limits are looked at, besides
+LEVEL = 1e-4  # [m], [rad] of lift and tilt that are none
 LEAST_TILT = 0.02  # [rad] that is free all the same
 TILT_BESIDE = 0.12  # [rad] that is free away from the steepest part of the way
 BEND = 0.01  # [m] over which the ground's slope is taken to change as it does
@@ -74,6 +72,9 @@ class BodyPathOptimizer:
         contacts: The contact plan; its feet roll as they do along the path.
         control: Control points of x, y and, if legs were at their limits, of lift and tilt [m].
         spline: The path.
+        route: Control points of the route itself (n, 2) [m].
+        beyond: How far the path is beyond limits near each control point (n,), as LegLimits counts
+            it [m].
     """
 
     def __init__(
@@ -92,12 +93,14 @@ class BodyPathOptimizer:
         most = UNIFORM_KNOT if settings.uniform_body else KNOT * self._tempo
         self._knot = knot_spacing(contacts.duration, most)
         self._times = sample_times(contacts, SAMPLE_PERIOD * self._tempo)
-        nominal, self._yaw = route.at(greville(contacts.duration, self._knot))
+        self.route, self._yaw = route.at(greville(contacts.duration, self._knot))
+        self.beyond = np.zeros(len(self.route))
         self._limits: LegLimits | None = None
+        self._bent = False
         self._frame: BodyFrame | None = None
         self._solution: BodySolution | None = None
         self.contacts = contacts
-        self.follow(nominal)
+        self.follow(self.route)
         self._response = shift_response(robot, self.spline.sample(0.0)[0], contacts.feet)
         dynamic = settings.dynamic
         self._gain = self._response[0] if dynamic else com_gain(robot, self.spline, contacts)
@@ -109,6 +112,40 @@ class BodyPathOptimizer:
         self.contacts = roll_along(
             self._robot, self.contacts, self.spline, self._times, self._rolled
         )
+
+    def follow_like(self, other: BodySpline, contacts: ContactPlan) -> bool:
+        """Takes the path of another plan with the same steps, if legs were at their limits there.
+
+        The same steps are those of the same legs in turn, at other times or from other places: its
+        path is followed from phase to phase. From then on the path is held within limits.
+
+        Args:
+            other: The other plan's path, with the body as high over the ground.
+            contacts: The other plan's contacts.
+
+        Returns:
+            Whether it is taken; else everything is as before.
+        """
+        mine, others = self.contacts.phases, contacts.phases
+        legs, their_legs = ([[s.leg for s in p.steps] for p in phases] for phases in (mine, others))
+        if legs != their_legs:
+            return False
+        level = self._poses(other.control[:, :2], contacts.duration, other.knot)
+        bent = (other.control[:, 2:4] - level[:, 2:]) * [1.0, self._arm]
+        bent[:3] = bent[-3:] = 0.0  # at rest
+        if np.abs(bent).max() <= LEVEL:
+            return False
+        path = np.column_stack([other.control[:, :2], bent])
+        begins, their_begins = ([p.start for p in phases] for phases in (mine, others))
+        times = np.interp(
+            greville(self.contacts.duration, self._knot),
+            [*begins, mine[-1].end],
+            [*their_begins, others[-1].end],
+        )
+        at = greville(contacts.duration, other.knot)
+        self._bent = True
+        self.follow(np.column_stack([np.interp(times, at, path[:, axis]) for axis in range(4)]))
+        return True
 
     def settle_feet(self) -> None:
         """Lets feet roll as they do along the path, with their rolling so far, until that is so.
@@ -141,13 +178,20 @@ class BodyPathOptimizer:
         rise, pitch = self._follows(body)
         path = np.zeros((len(self._times), 4))
         path[:, :2] = self.spline.samples(self._times)[:, 0, :2]
-        if self._frame is not None and self.control.shape[1] > 2:
-            path[:, 2:] = self._frame.basis.at(self.control)[:, 0, 2:]
+        basis = make_basis(self._times, self._knot, len(self.control))
+        if self.control.shape[1] > 2:
+            path[:, 2:] = basis.at(self.control)[:, 0, 2:]
         feet, _ = self.contacts.feet_at(times)
-        met = self._limits is not None
+        met = self._bent or self._limits is not None
         found = find_limits(robot, body, feet, rise, path[nearest], shanks, pitch=pitch, always=met)
         self._limits = None if found is None else replace(found, sample=nearest[found.sample])
-        return 0.0 if found is None else found.short
+        self.beyond = np.zeros(len(self.control))
+        if found is None:
+            return 0.0
+        first = basis.first[nearest]
+        for k in range(4):  # a path's place has to do with four control points
+            np.maximum.at(self.beyond, first + k, found.beyond)
+        return found.short
 
     def _follows(self, body: FloatArray) -> tuple[FloatArray, FloatArray]:
         """How much bodies (N, 5) rise (N, 2), and pitch (N, 2) [rad/m], by a shift along x and y.
@@ -160,13 +204,20 @@ class BodyPathOptimizer:
         behind, ahead = (body_pitch(self._settings.pitch_along_slope, end) for end in ends)
         return slope[:, None] * heading, ((ahead - behind) / (2.0 * BEND))[:, None] * heading
 
-    def solve(self, *, broken: float) -> FloatArray:
+    def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
         """Control points of the program's best path; rows may be broken by so much [m].
+
+        Args:
+            broken: Violation of a row that is tolerated [m].
+            radius: How far each control point may move from the path so far (n,) [m]; None: as
+                far as it likes.
 
         Raises:
             PlanningError: If there is none.
         """
         problem = self._problem()
+        if radius is not None:
+            problem = replace(problem, start=self.control, radius=radius)
         frame = make_frame(problem) if self._frame is None else with_sides(self._frame, problem)
         if self._footing is not None:
             body = self.spline.samples(self._times)[:, 0]
@@ -175,6 +226,11 @@ class BodyPathOptimizer:
         self._frame = frame
         self._solution = solve_body(problem, frame=frame, start=self._solution, broken=broken)
         return self._solution.control
+
+    @property
+    def leg(self) -> float:
+        """A leg's length [m]."""
+        return self._arm
 
     @property
     def believed(self) -> float:
@@ -277,19 +333,25 @@ class BodyPathOptimizer:
 
     def _points(self, path: FloatArray) -> FloatArray:
         """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
+        yaw = np.array(self._yaw)
+        yaw[:3], yaw[-3:] = yaw[0], yaw[-1]  # at rest at both ends
+        return np.column_stack([self._poses(path, self.contacts.duration, self._knot), yaw])
+
+    def _poses(self, path: FloatArray, duration: float, knot: float) -> FloatArray:
+        """The first four of these, (n, 4), of a path with such a duration and knot spacing [s]."""
         settings, route = self._settings, self._route
         height, slope = route.ground(path[:, :2])
         pitch = body_pitch(settings.pitch_along_slope, slope)
         if path.shape[1] > 2:
             height, pitch = height + path[:, 2], pitch + path[:, 3] / self._arm
-        points = np.column_stack([path[:, :2], height + settings.body_height, pitch, self._yaw])
-        points[:3], points[-3:] = points[0], points[-1]  # at rest at both ends
+        poses = np.column_stack([path[:, :2], height + settings.body_height, pitch])
+        poses[:3], poses[-3:] = poses[0], poses[-1]  # at rest at both ends
         if route.start is not None:  # the task before ended there, over whatever it took for ground
-            off = route.start - points[0, :4]
+            off = route.start - poses[0]
             if np.any(np.abs(off) > ROUNDING):
-                left = join_weights(self.contacts.duration, self._knot, route.joined)
-                points[:, :4] += left[:, None] * off
-        return points
+                left = join_weights(duration, knot, route.joined)
+                poses += left[:, None] * off
+        return poses
 
 
 def _most_beside(values: FloatArray, beside: int) -> FloatArray:
@@ -303,83 +365,3 @@ def _tempo(contacts: ContactPlan) -> float:
     """How much finer than for the calmest swings the path has to be, at most 1."""
     swings = [step.swing.duration for step in contacts.steps]
     return max(LEAST_TEMPO, min(1.0, min(swings, default=CALMEST_SWING) / CALMEST_SWING))
-
-
-DYNAMIC_PASSES = 3
-FEASIBLE_PASSES = 4  # where the region is that of the posture
-PASSES = 2  # the second corrects what `com_gain` leaves of the legs' share by about a millimetre
-ROUGH = 1e-3  # [m] by which rows may be broken by a path that is corrected anyway
-KEPT = 1e-4  # [m] beyond limits: as good as within them
-
-
-def plan_body(
-    robot: RobotModel,
-    contacts: ContactPlan,
-    route: BodyReference,
-    settings: PlanSettings,
-    footing: Footing | None = None,
-    rolled: FloatArray | None = None,
-    *,
-    beat: float | None = None,
-) -> tuple[BodySpline, ContactPlan, float]:
-    """Plans the body so that the whole robot's centre of mass keeps the margin.
-
-    Or, if the settings are `dynamic`, its zero-moment point alone.
-
-    Args:
-        robot: The robot.
-        contacts: Who stands where, when.
-        route: Where the body is to be if margins did not matter.
-        settings: Gait and body parameters.
-        footing: Ground and drives, for the region that the margin is measured in; None: the feet's
-            hull.
-        rolled: How far the feet have rolled before (4, 2) [m]; None: not at all.
-        beat: A margin that is of no interest, as any smaller one [m]; None: any is of interest.
-
-    Returns:
-        The path, the contacts with feet that roll as they do along it, and the smallest static
-        margin over the sampled times [m]; if the settings are `dynamic`, the smallest margin of the
-        zero-moment point.
-
-    Raises:
-        PlanningError: If there is no such path, or if it has no more than the margin to beat even
-            before it is bent to the legs' limits.
-    """
-    begin = np.zeros((4, 2)) if rolled is None else rolled
-    search = BodyPathOptimizer(robot, contacts, route, settings, footing, begin)
-    if not settings.uniform_body:
-        _search(search, settings, feasible=footing is not None and footing.drives, beat=beat)
-        search.settle_feet()
-    return search.spline, search.contacts, search.margin()
-
-
-def _search(
-    search: BodyPathOptimizer, settings: PlanSettings, *, feasible: bool, beat: float | None
-) -> None:
-    """Solves the program until the legs' share is right, and then within the legs' limits."""
-    passes = DYNAMIC_PASSES if settings.dynamic else FEASIBLE_PASSES if feasible else PASSES
-    for k in range(passes):
-        search.follow(search.solve(broken=BROKEN if k == passes - 1 else ROUGH))
-    if beat is not None and (most := search.margin()) <= beat:
-        raise PlanningError(f"another path has a margin of {beat:.3f} m, this one {most:.3f} m")
-    keep_limits(search, settings.searches)
-    if any(len(phase.steps) > 1 for phase in search.contacts.phases):
-        _come_to_line(search)
-
-
-def _come_to_line(search: BodyPathOptimizer) -> None:
-    """Solves again around a path that keeps limits, whose point is not yet on two feet's line.
-
-    A path within limits lifts and tilts the body, and is gone to in damped steps: both leave the
-    zero-moment point beside where the program had it. The nearest path is kept of those that go no
-    further beyond limits.
-    """
-    short = search.find_limits()
-    best, path = search.mean_off_line(), search.control
-    for _ in range(LINE_PASSES):
-        search.follow(search.solve(broken=BROKEN))
-        beyond, off = search.find_limits(), search.mean_off_line()
-        if off < best and beyond <= short + KEPT:
-            best, path = off, search.control
-    if path is not search.control:
-        search.follow(path)

@@ -59,6 +59,9 @@ class BodyProblem:
         limits: The legs' limits, where a path has come near them; else None.
         lift_range: Least and greatest lift, and tilt, of every control point (2, 2, n) [m]; the
             same for all of them if n is 1.
+        start: Control points of the path that the legs' limits were seen along, (n, 2) or
+            (n, 4) [m]; None: of any.
+        radius: How far each control point may be from `start`, along each axis (n,) [m].
     """
 
     contacts: ContactPlan
@@ -80,11 +83,27 @@ class BodyProblem:
     knot: float = 0.2
     limits: LegLimits | None = None
     lift_range: FloatArray = field(default_factory=lambda: np.zeros((2, 2, 1)))
+    start: FloatArray | None = None
+    radius: FloatArray | None = None
 
     @property
     def axes(self) -> int:
         """Number of the path's coordinates: x and y, or these and lift and tilt."""
         return 2 if self.limits is None else 4
+
+    def ranges(self, count: int) -> FloatArray:
+        """Least and greatest value of every control point of each axis, (2, count, axes) [m]."""
+        ranges = np.empty((2, count, self.axes))
+        ranges[0], ranges[1] = -np.inf, np.inf
+        for axis in range(2, self.axes):
+            ranges[:, :, axis] = self.lift_range[axis - 2]
+        if self.start is not None and self.radius is not None:
+            around = np.zeros((count, self.axes))
+            around[:, : self.start.shape[1]] = self.start
+            free = slice(3, count - 3)  # the others are given
+            near = around + np.array([-1.0, 1.0])[:, None, None] * self.radius[:, None]
+            ranges[:, free] = np.clip(near, ranges[0], ranges[1])[:, free]
+        return ranges
 
     @property
     def scalars(self) -> int:

@@ -214,9 +214,7 @@ def _solve(p: BodyProblem, frame: BodyFrame, rows: Rows, chosen: IntArray) -> Fl
     first = total - scalars
     x_upper[first : first + 2] = p.margin_desired, p.zmp_margin_desired
     x_lower[first + 2 :] = 0.0
-    for axis in range(2, axes):
-        mine = slice(axis, first, axes)
-        x_lower[mine], x_upper[mine] = p.lift_range[axis - 2]
+    x_lower[:first], x_upper[:first] = p.ranges(first // axes).reshape(2, -1)
     solver = piqp.SparseSolver()
     solver.settings.eps_abs = 1e-5
     solver.settings.eps_rel = 1e-5

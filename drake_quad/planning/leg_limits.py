@@ -48,6 +48,7 @@ class LegLimits:
             it is for a leg's limits (K,).
         short: Violation of the limits by the path that the sides were made for: the sum of the
             worst of either kind, that of the legs' limits counting tenfold [m].
+        beyond: The same at each time that was looked at, (N,) [m].
     """
 
     sample: IntArray
@@ -55,6 +56,7 @@ class LegLimits:
     offset: FloatArray
     shank: BoolArray
     short: float
+    beyond: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,9 +172,11 @@ def find_limits(
     here = np.einsum("ij,ij->i", gradient, path[k])
     shank = which >= LIMITS
     keep = np.where(shank, SHANK_SAFE, SAFE) * reach[leg]
-    worst = np.minimum(distance.min(axis=(0, 1)), 0.0)
-    short = -10.0 * float(worst[:LIMITS].min()) - float(np.min(worst[LIMITS:], initial=0.0))
-    return LegLimits(k, gradient, keep - distance[k, leg, which] + here, shank, short)
+    legs = -np.minimum(distance[..., :LIMITS].min(axis=(1, 2)), 0.0)
+    shanks_near = -np.minimum(distance[..., LIMITS:].min(axis=(1, 2), initial=0.0), 0.0)
+    short = 10.0 * float(legs.max()) + float(shanks_near.max())
+    beyond = 10.0 * legs + shanks_near
+    return LegLimits(k, gradient, keep - distance[k, leg, which] + here, shank, short, beyond)
 
 
 def limit_distances(

@@ -1,32 +1,58 @@
 """The search for a body path that keeps the legs' limits, by one program after another.
 
-Limits are seen along the path so far, as half-planes. Around a path that is far beyond them they
-are much too tight at some places and missing at others, so a path is looked for in steps.
+Limits are seen along the path so far, as half-planes, which are true near that path only. So each
+program's path stays within a *trust region* about the path before: every control point may move by
+so much. Where a path turns out to be further beyond limits than it was before, the region becomes
+smaller, there alone, and elsewhere it does not (sequential quadratic programming with a trust
+region: Nocedal and Wright, "Numerical Optimization", chapter 18).
+
+The path of most margin may be so far beyond limits that the half-planes along it are of no use.
+Then the search begins with the route, whose poses a gait was designed for.
 """
 
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol
 
-from drake_quad.common import FloatArray
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from drake_quad.common import BoolArray, FloatArray
+from drake_quad.errors import PlanningError
 from drake_quad.planning.body_qp import BROKEN
 
 MOST_PASSES = 16
-PATIENCE = 8  # passes after the last that came nearer
+PATIENCE = 7  # passes after the last that came nearer
 FALLS = 0.7  # of how short the best was: less is nearer
-DAMPED = 0.6  # of the way to the next path
-# The same of further searches, which begin anew. Where one search goes to and fro, another with
-# steps of another length may not.
-OTHERWISE = (0.8, 0.3)
+# The trust region in which a search begins, as shares of a leg's length; those of further searches
+# follow. Where one goes to and fro, another may not.
+RADII = (0.15, 0.06, 0.3)
 LONGER = 1.5  # times as many passes, and as much patience, that a further search has
-LEAST_SHARE = 0.1  # of it, from which no step is made shorter
-LINEAR = 0.05  # short of limits by no more than that [m], they are seen much as they are
+MOST_FALLS = 6  # paths in turn along which the robot would fall over: others hardly hold it
+LEAST_RADIUS = 0.003  # of a leg
+SHRINKS, GROWS = 0.5, 1.5
+ACTIVE = 0.99  # of the trust region's radius, from which on it holds a control point
+BESIDE = 4  # control points on either side of one, whose trust region becomes smaller with its own
+FAR = 0.4  # of a leg: short of limits by so much, the path of most margin is not begun with
+NEARER = 0.5  # of how short that is: the route has to be that near to be begun with
+ASTRAY = 2.0  # times as far beyond limits as before: the step is not taken
+LINEAR = 0.016  # of a leg: short by no more than that, limits are seen much as they are
 REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
+SETTLED = 1e-3  # [m] of margin that one more pass gains, and another is not worth its time
 
 
 class LimitsSearch(Protocol):
     """A path, and the program around it."""
 
     control: FloatArray
+
+    @property
+    def leg(self) -> float:
+        """A leg's length, which distances are measured by [m]."""
+
+    @property
+    def route(self) -> FloatArray:
+        """Control points of the way that the body would go if margins did not matter [m]."""
 
     @property
     def believed(self) -> float:
@@ -36,47 +62,26 @@ class LimitsSearch(Protocol):
     def keeps_limits(self) -> bool:
         """Whether the last program's path keeps all limits, as the program has them."""
 
+    @property
+    def beyond(self) -> FloatArray:
+        """How far the path is beyond limits near each control point (n,) [m]."""
+
     def margin(self) -> float:
         """The path's margin [m]."""
 
     def find_limits(self) -> float:
         """Looks where legs are beyond their limits; returns by how much in all."""
 
-    def solve(self, *, broken: float) -> FloatArray:
-        """The path of the program around the path so far; rows may be broken by so much [m]."""
+    def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
+        """The path of the program around the path so far; rows may be broken by so much [m].
+
+        Args:
+            broken: Violation of a row that is tolerated [m].
+            radius: The trust region about the path so far (n,) [m]; None: anywhere.
+        """
 
     def follow(self, control: FloatArray) -> None:
         """Takes a path."""
-
-
-@dataclass
-class _Step:
-    """A step from one path towards the next.
-
-    Attributes:
-        start: Control points of the path before.
-        target: Those of the path that the program has around it.
-        short: How far legs were beyond their limits along the path before [m].
-        share: Share of the way to the target that is gone.
-    """
-
-    start: FloatArray
-    target: FloatArray
-    short: float
-    share: float
-
-    @property
-    def path(self) -> FloatArray:
-        """Control points of the path that the step leads to."""
-        return self.start + self.share * (self.target - self.start)
-
-    def too_far(self, short: float) -> bool:
-        """Whether legs are so far beyond their limits after it that it has to be a shorter one."""
-        return short > max(2.0 * self.short, LINEAR) and self.share > LEAST_SHARE
-
-    def halve(self) -> None:
-        """Goes half as far."""
-        self.share *= 0.5
 
 
 def keep_limits(search: LimitsSearch, searches: int = 1) -> None:
@@ -88,70 +93,175 @@ def keep_limits(search: LimitsSearch, searches: int = 1) -> None:
             a path that keeps all limits.
     """
     first = search.control
-    best = _search(search, DAMPED, 1.0)
+    if search.find_limits() == 0.0:
+        return
+    best = _search(search, RADII[0], 1.0)
     path = search.control
-    for share in OTHERWISE[: searches - 1]:
+    for radius in RADII[1:searches]:
         if best[0] == 0.0:
             break
         search.follow(first)
-        found = _search(search, share, LONGER)
+        search.find_limits()
+        found = _search(search, radius, LONGER)
         if found < best:
             best, path = found, search.control
     if path is not search.control:
         search.follow(path)
 
 
-def _search(search: LimitsSearch, damped: float, longer: float) -> tuple[float, float]:
+def keep_limits_from(search: LimitsSearch) -> bool:
+    """Looks for a path within limits from one that is near them; returns whether it found one."""
+    search.find_limits()
+    return _search(search, RADII[0], 1.0)[0] == 0.0
+
+
+@dataclass
+class TrustRegion:
+    """How far each control point may move in the next step.
+
+    Attributes:
+        radius: (n,) [m].
+        most: The radius that it begins with, and is never more than [m].
+        least: The radius that it is never less than [m].
+    """
+
+    radius: FloatArray
+    most: float
+    least: float
+
+    def adapt(self, step: FloatArray, worse: BoolArray) -> None:
+        """Makes it smaller where a step led further beyond limits, larger where it held a step.
+
+        Args:
+            step: How far each control point has moved (n,) [m].
+            worse: Near which of them the path is further beyond limits than it was (n,).
+        """
+        padded = np.pad(worse, BESIDE)
+        worse = np.asarray(sliding_window_view(padded, 2 * BESIDE + 1).any(axis=-1))
+        smaller = np.maximum(SHRINKS * np.minimum(self.radius, step), self.least)
+        larger = np.where(self.holds(step), np.minimum(GROWS * self.radius, self.most), self.radius)
+        self.radius = np.where(worse, smaller, larger)
+
+    def holds(self, step: FloatArray) -> BoolArray:
+        """Which control points it kept from moving further (n,)."""
+        return step >= ACTIVE * self.radius
+
+
+@dataclass
+class _Best:
+    """The best path of a search so far, and when one came nearer to its limits last.
+
+    Attributes:
+        path: Its control points [m].
+        short: How far it is beyond limits in all [m].
+        margin: Its margin [m].
+        at: The pass in which a path came clearly nearer, or gained margin within limits.
+        margin_then: The margin of that path [m].
+    """
+
+    path: FloatArray
+    short: float = inf
+    margin: float = -inf
+    at: int = 0
+    margin_then: float = -inf
+
+    def take(self, k: int, path: FloatArray, short: float, margin: float, falls: float) -> bool:
+        """Takes the path of the pass k if it is better; returns whether it is clearly so.
+
+        Args:
+            k: The pass.
+            path: Its control points [m].
+            short: How far it is beyond limits [m].
+            margin: Its margin [m].
+            falls: Share of how short the best is, less than which is clearly nearer.
+        """
+        if self.short > 0.0:
+            nearer = short < self.short and short <= falls * self.short
+        else:
+            nearer = short == 0.0 and margin >= self.margin_then + SETTLED
+        if nearer:
+            self.at, self.margin_then = k, margin
+        if (short, -margin) < (self.short, -self.margin):
+            self.path, self.short, self.margin = path, short, margin
+        return nearer
+
+
+def _search(search: LimitsSearch, radius: float, longer: float) -> tuple[float, float]:
     """Solves the program again until legs keep their limits, or as nearly as they come to it.
 
-    A path that keeps them may have less margin than it could: limits as they are seen from a path
-    far beyond them can be much too tight. So it is also solved again around a path that keeps them,
-    until that has the margin that the program believes in.
+    A path that keeps them is solved around again until it has the margin that the program believes
+    in, and that grows no more: limits as they are seen from a path beyond them may be too tight.
 
-    It gives up when no path has come nearer for some time. Where the program believes that all
-    limits can be kept, any fall is nearer, for its paths then go there, if slowly.
+    It gives up when no path has come nearer for some time, or has had a margin. Where the program
+    believes that limits can be kept, any fall is nearer, for its paths then go there, if slowly.
 
     Args:
-        search: The path, and the program around it; it ends with the best path.
-        damped: Share of the way to the next path that a step goes.
+        search: The path, whose limits have been looked at, and the program around it; it ends with
+            the best path.
+        radius: Of the trust region, as a share of a leg.
         longer: Times as many passes as are usual.
 
     Returns:
         How far the best path is beyond limits, and minus its margin [m].
     """
     most, patience = round(longer * MOST_PASSES), round(longer * PATIENCE)
-    best, best_path = (float("inf"), float("inf")), search.control
-    best_at, margin_then = 0, float("-inf")
-    seen_from = float("inf")  # how short the path was that the last program was made around
-    step: _Step | None = None
-    for k in range(most + 1):
-        short = search.find_limits()
-        if short == 0.0 and k == 0:
-            return 0.0, 0.0
-        while step is not None and step.too_far(short):
-            step.halve()
-            search.follow(step.path)
-            short = search.find_limits()
-        margin = search.margin()
-        falls = 1.0 if search.keeps_limits else FALLS
-        if best[0] > 0.0:
-            nearer = short < best[0] and short <= falls * best[0]
-        else:
-            nearer = short == 0.0 and margin >= margin_then + REACHED
-        if nearer:
-            best_at, margin_then = k, margin
-        if (short, -margin) < best:
-            best, best_path = (short, -margin), search.control
-        if short == 0.0 and seen_from <= LINEAR and margin >= search.believed - REACHED:
+    leg = search.leg
+    # Where the path is near its limits a step may lead anywhere, until one leads astray.
+    free = float(search.beyond.max()) <= FAR * leg
+    if not free:
+        _begin_with_nearer(search)
+    region = TrustRegion(
+        np.full(len(search.control), radius * leg), radius * leg, LEAST_RADIUS * leg
+    )
+    # The path that it begins with may be none of the program's, and have no ZMP margin.
+    best, falls = _Best(search.control), 0
+    for k in range(1, most + 1):
+        start, beyond, believed = search.control, search.beyond, search.believed
+        try:
+            path = search.solve(broken=BROKEN, radius=None if free else region.radius)
+        except PlanningError:
+            if k == 1:
+                raise
             break
-        if k >= min(most, best_at + patience):
-            break
-        seen_from = short
-        path, before = search.solve(broken=BROKEN), search.control
-        if k > 0:
-            step = _Step(before, path, short, damped)
-            path = step.path
         search.follow(path)
-    if best_path is not search.control:  # it went to and fro
-        search.follow(best_path)
-    return best
+        short, margin = search.find_limits(), search.margin()
+        if free and float(search.beyond.max()) > max(ASTRAY * float(beyond.max()), LINEAR * leg):
+            free = False
+            search.follow(start)
+            search.find_limits()
+            continue
+        held = False
+        if not free:
+            step = _step(start, path)
+            held = bool(region.holds(step).any())
+            region.adapt(step, search.beyond > np.maximum(beyond, LINEAR * leg))
+        kept_before = best.short == 0.0
+        nearer = best.take(k, path, short, margin, 1.0 if search.keeps_limits else FALLS)
+        grows = held or search.believed > believed + SETTLED
+        if short == 0.0 and margin >= search.believed - REACHED and not grows:
+            break
+        falls = falls + 1 if search.believed < 0.0 and margin < 0.0 else 0
+        if (short == 0.0 and kept_before and not nearer) or k >= best.at + patience:
+            break
+        if falls >= MOST_FALLS:
+            break
+    if best.path is not search.control:
+        search.follow(best.path)
+    return best.short, -best.margin
+
+
+def _begin_with_nearer(search: LimitsSearch) -> None:
+    """Takes the route in place of the path, if it is much nearer to limits."""
+    path, before = search.control, float(search.beyond.max())
+    search.follow(search.route)
+    search.find_limits()
+    if float(search.beyond.max()) > NEARER * before:
+        search.follow(path)
+        search.find_limits()
+
+
+def _step(start: FloatArray, path: FloatArray) -> FloatArray:
+    """How far each control point moves (n,) [m], from a path that may not lift or tilt at all."""
+    step = np.array(path)
+    step[:, : start.shape[1]] -= start
+    return np.asarray(np.abs(step).max(axis=1))

@@ -132,15 +132,28 @@ def plan_tasks(
     settings: PlanSettings,
     mission: Sequence[Task],
     stance: Stance,
+    known: dict[int, MotionPlan] | None = None,
 ) -> Iterator[MotionPlan]:
     """Plans task by task, each when it is requested, so that a caller may stop at any.
+
+    Args:
+        robot: The robot.
+        course: The ground.
+        settings: Gait and body parameters.
+        mission: The tasks.
+        stance: Where body and feet are, at rest.
+        known: Plans of the same tasks with other times, by place in the mission, whose paths are
+            begun with (see `plan_task`). New ones take their places.
 
     Raises:
         PlanningError: If the robot cannot stand so, or a task has no plan.
     """
     check_stance(robot, stance)
+    known = {} if known is None else known
     for index, task in enumerate(mission):
-        plan = plan_task(robot, course, settings, task, stance, index=index)
+        like = known.get(index)
+        plan = plan_task(robot, course, settings, task, stance, index=index, like=like)
+        known[index] = plan
         yield plan
         stance = plan.end
 

@@ -11,7 +11,7 @@ import daqp
 import numpy as np
 
 from drake_quad.common import FloatArray, IntArray
-from drake_quad.planning.body_path import PASSES, ROUGH, BodyPathOptimizer
+from drake_quad.planning.body_path import BodyPathOptimizer
 from drake_quad.planning.body_problem import margin_rows
 from drake_quad.planning.body_reference import body_pitch
 from drake_quad.planning.leg_limits import (
@@ -25,6 +25,7 @@ from drake_quad.planning.leg_limits import (
     find_limits,
     limit_distances,
 )
+from drake_quad.planning.plan_body import PASSES, ROUGH
 
 EVERY = 4  # so many of the sampled moments are looked at: a stance lasts for dozens
 ROUNDS = 12  # of linearisation

@@ -14,9 +14,9 @@ import numpy as np
 from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.errors import PlanningError
 from drake_quad.gait.transition import enumerate_transitions
-from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import Step, sample_times
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
+from drake_quad.planning.plan_body import plan_body
 from drake_quad.planning.problem import PlanSettings
 from drake_quad.planning.remaining_plan import (
     RECOVERY,

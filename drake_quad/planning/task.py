@@ -11,11 +11,11 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.math.curves import BodySpline, knot_count
-from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, FootRoll, sample_times
 from drake_quad.planning.foothold_pattern import TROT
 from drake_quad.planning.motion_plan import MotionPlan, Segment, Stance, evaluate
+from drake_quad.planning.plan_body import plan_body
 from drake_quad.planning.problem import EDGE_CLEARANCE, KNOT, PlanSettings, Task
 from drake_quad.planning.spin_footsteps import plan_spin_footsteps
 from drake_quad.planning.stance_margin import Footing, footing_of, refuse_stance
@@ -124,6 +124,7 @@ def plan_task(
     stance: Stance,
     *,
     index: int,
+    like: MotionPlan | None = None,
 ) -> MotionPlan:
     """Plans `task` from `stance` on.
 
@@ -134,6 +135,7 @@ def plan_task(
         task: What to do.
         stance: Where body and feet are, at rest.
         index: The task's place in the mission.
+        like: A plan of the same task with other times, whose path is begun with; see `plan_body`.
 
     Raises:
         PlanningError: If there is no plan, with the reason.
@@ -156,10 +158,10 @@ def plan_task(
     finish = partial(_plan_gait, robot, stance=stance, index=index, footing=footing)
     if task.kind == "walk" and not settings.uniform_body:
         lane = course.lanes[task.lane]
-        settings, laid, plan = _off_risers(lane, robot.foot_radius, settings, lay, finish)
+        settings, laid, plan = _off_risers(lane, robot.foot_radius, settings, lay, finish, like)
     else:
         laid = lay(settings)
-        plan = finish(settings, laid)
+        plan = finish(settings, laid, like=like)
     if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
         # The fewest steps leave little margin: the paper's way, through the centres, takes more
         # steps and may leave more.
@@ -187,7 +189,8 @@ def _off_risers(
     foot_radius: float,
     settings: PlanSettings,
     lay: Callable[[PlanSettings], Laid],
-    finish: Callable[[PlanSettings, Laid], MotionPlan],
+    finish: Callable[..., MotionPlan],
+    like: MotionPlan | None,
 ) -> tuple[PlanSettings, Laid, MotionPlan]:
     """A walk whose feet keep off risers as they roll; its own path determines how far.
 
@@ -198,26 +201,26 @@ def _off_risers(
         PlanningError: If there is none at all.
     """
 
-    def make(setback: float) -> tuple[PlanSettings, Laid, MotionPlan]:
+    def make(setback: float, like: MotionPlan | None) -> tuple[PlanSettings, Laid, MotionPlan]:
         set_back = replace(settings, riser_setback=setback)
         laid = lay(set_back)
-        return set_back, laid, finish(set_back, laid)
+        return set_back, laid, finish(set_back, laid, like=like)
 
     least = settings.riser_setback
     setback = max(least, initial_setback(foot_radius))
     try:
-        first = make(setback)
+        first = make(setback, like)
     except PlanningError:
         if setback == least:
             raise
-        return make(least)
+        return make(least, like)
     best, (most, needed) = first, riser_gap(lane, first[2].contacts, foot_radius)
     for _ in range(ANEW):
         if most >= GOOD_GAP or needed <= setback:
             break
         setback = needed
         try:
-            again = make(setback)
+            again = make(setback, best[2])
         except PlanningError:
             break
         gap, needed = riser_gap(lane, again[2].contacts, foot_radius)
@@ -260,10 +263,11 @@ def _plan_gait(
     index: int,
     footing: Footing | None,
     beat: float | None = None,
+    like: MotionPlan | None = None,
 ) -> MotionPlan:
     contacts, route, segments = laid
     body, contacts, margin = plan_body(
-        robot, contacts, route, settings, footing, stance.roll, beat=beat
+        robot, contacts, route, settings, footing, stance.roll, beat=beat, like=like
     )
     if settings.dynamic:
         segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_CHECK_PERIOD))

@@ -8,6 +8,7 @@ import pytest
 from design_rig import designed
 from rig import paper_robot
 
+from drake_quad.errors import PlanningError
 from drake_quad.gait_design import tempo_planner, tempo_search
 from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS
@@ -15,8 +16,9 @@ from drake_quad.gait_design.pace import PlanPace
 from drake_quad.gait_design.preference import RequiredMargins
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import TempoTrial, least_margin, try_tempo, usual_tempo
-from drake_quad.gait_design.tempo_planner import GaitChoice
+from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
 from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch
+from drake_quad.planning.motion_plan import MotionPlan
 
 
 def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
@@ -88,6 +90,79 @@ def test_trials_are_of_the_walks_with_the_least_margin(
     else:
         assert found.tempo.switch >= 0.6
         assert any(walks and 2 in walks for _, walks in tried)
+
+
+def test_trials_begin_with_earlier_plans_and_the_answer_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The answer is what anyone finds who has its times; another height's plans are of no use."""
+    slow = designed()
+    begun: list[bool] = []
+
+    def plan(*given: Any, known: dict[int, MotionPlan], **_: object) -> TempoTrial:
+        begun.append(bool(known))
+        found = replace(_trial({1: 0.06}, given[3].switch, None), anew=not known)
+        known[1] = slow.plan.plans[1]
+        return found
+
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    planner = TempoPlanner(gait, slow, paper_robot(), RequiredMargins(0.025, 0.0), "check")
+    tempo = planner.usual(1.25)
+    for _ in range(2):
+        planner.plan(tempo)
+    anew = planner.plan_anew(tempo)
+    assert anew is not None and anew.anew
+    planner.lower(0.03)
+    planner.plan(tempo)
+    assert begun == [False, True, False, False]
+
+
+def test_an_answer_found_from_other_plans_is_planned_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What leaves enough only when begun with another plan is not the answer."""
+    slow = designed()
+
+    def plan(*given: Any, known: dict[int, MotionPlan], **_: object) -> TempoTrial:
+        switch, anew = given[3].switch, not known
+        known[1] = slow.plan.plans[1]
+        return replace(_trial({1: 0.05 * switch - 4e-3 * anew}, switch, None), anew=anew)
+
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
+    for patched in (tempo_planner, tempo_search):
+        monkeypatch.setattr(patched, "keeps_all_else", lambda *_: True)
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    kept = RequiredMargins(0.025, 0.0)
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, paper_robot(), kept, "check")
+    monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
+    found = search.quickest(None, 0.1)
+    assert found is not None and found.anew and found.designed.margin >= kept.margin
+    assert found.tempo.switch == pytest.approx(0.58, rel=0.1)
+    so_far = search.so_far()
+    assert so_far is not None and so_far.anew
+
+
+def test_a_gait_that_falls_over_with_two_times_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither what the path seeks nor longer swings give it a margin; a lower body is tried."""
+    slow = designed()
+    tried: list[tuple[float, float, float]] = []
+    margin = -0.02
+
+    def plan(scenario: Any, *given: Any, **_: object) -> TempoTrial:
+        tried.append((scenario.gait.body_height, given[2].swing, given[2].switch))
+        raise PlanningError("it would fall over", margin=margin)
+
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    for margin in (-0.02, -0.005):
+        tried.clear()
+        gait = GaitChoice(slow.scenario, slow.design)
+        kept = RequiredMargins(0.025, 0.0)
+        search = TempoSearch(gait, slow, paper_robot(), kept, "check")
+        monkeypatch.setattr(search, "_longest_switch", lambda *_: 9.0)
+        assert search.quickest(None, 0.1) is None
+        assert len({height for height, _, _ in tried}) == 2
+        assert (len(tried) <= 4) is (margin < -0.01)
 
 
 def test_a_time_far_above_one_that_is_hardly_too_short_is_not_near_enough() -> None:

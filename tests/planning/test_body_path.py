@@ -12,11 +12,11 @@ from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.gait.workspace import Workspace
 from drake_quad.math.curves import BodySpline
-from drake_quad.planning import body_path, task as task_module
-from drake_quad.planning.body_path import plan_body
+from drake_quad.planning import plan_body as body_search, task as task_module
 from drake_quad.planning.body_reference import BodyReference, body_pitch, level_pose, robot_stance
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
+from drake_quad.planning.plan_body import plan_body
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.task import plan_task
 from drake_quad.planning.walk_footsteps import plan_walk_footsteps
@@ -248,7 +248,7 @@ def test_a_path_that_cannot_beat_another_is_left_before_limits_are_kept(
     path, margin = planned(SETTINGS)
     again, _, same = plan_body(paper_robot(), *laid(SETTINGS), SETTINGS, beat=margin - 0.01)
     assert same == margin and np.array_equal(again.control, path.control)
-    monkeypatch.setattr(body_path, "keep_limits", lambda *_: pytest.fail("limits were looked at"))
+    monkeypatch.setattr(body_search, "keep_limits", lambda *_: pytest.fail("limits were looked at"))
     with pytest.raises(PlanningError, match="another path has a margin of"):
         plan_body(paper_robot(), *laid(SETTINGS), SETTINGS, beat=margin + 0.01)
 

@@ -19,10 +19,10 @@ from rig import (
 
 from drake_quad.common import FloatArray
 from drake_quad.errors import InputError, PlanningError
-from drake_quad.planning.body_path import plan_body
 from drake_quad.planning.contact_plan import sample_times
 from drake_quad.planning.mission import join_plans
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
+from drake_quad.planning.plan_body import plan_body
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.replan import replan_task
 from drake_quad.planning.stance_margin import Footing, footing_of

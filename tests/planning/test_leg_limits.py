@@ -18,7 +18,6 @@ from drake_quad.planning.body_path import (
     STEEPEST,
     TILT_BESIDE,
     BodyPathOptimizer,
-    plan_body,
 )
 from drake_quad.planning.body_problem import FIRST_PHASE, SHANKS, make_basis
 from drake_quad.planning.body_reference import body_pitch
@@ -35,6 +34,7 @@ from drake_quad.planning.leg_limits import (
     tilt_arm,
 )
 from drake_quad.planning.motion_plan import pose_robot
+from drake_quad.planning.plan_body import plan_body
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.walk_footsteps import plan_walk_footsteps
 from drake_quad.robot.kinematics import calc_feet, calc_knees
@@ -363,6 +363,7 @@ def test_shanks_short_at_one_time_are_kept_away_at_others() -> None:
     limits = LegLimits(
         np.array([early, early, late]), normal,
         np.array([x[early] + 0.05, -x[early] + 0.05, x[late] + 0.02]), np.ones(3, dtype=bool), 1.0,
+        np.zeros(count),
     )  # fmt: skip
     search._limits = limits
     found = search.solve(broken=1e-6)
@@ -388,7 +389,8 @@ def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.Monkey
         looked_at.append(body)
         count = len(body)
         every, none = np.arange(count), np.zeros(count)
-        return LegLimits(every, np.zeros((count, 4)), none, np.ones(count, dtype=bool), 0.5)
+        beyond = np.full(count, 0.5)
+        return LegLimits(every, np.zeros((count, 4)), none, np.ones(count, dtype=bool), 0.5, beyond)
 
     monkeypatch.setattr(body_search, "find_limits", all_short)
     assert search.find_limits() == 0.5

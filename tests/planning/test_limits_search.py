@@ -1,4 +1,4 @@
-"""The search for a path that keeps the legs' limits: when it goes on, and what it takes."""
+"""The search for a path that keeps the legs' limits: its steps, when it goes on, what it takes."""
 
 from collections.abc import Sequence
 
@@ -6,20 +6,27 @@ import numpy as np
 import pytest
 
 from drake_quad.common import FloatArray
+from drake_quad.errors import PlanningError
 from drake_quad.planning.limits_search import (
-    DAMPED,
-    LINEAR,
+    BESIDE,
+    FAR,
     MOST_PASSES,
-    OTHERWISE,
     PATIENCE,
+    RADII,
+    SHRINKS,
+    TrustRegion,
     keep_limits,
+    keep_limits_from,
 )
 
-MANY = MOST_PASSES + 4
+MANY = 3 * MOST_PASSES
+COUNT = 12  # control points
 
 
 class Passes:
     """A search that counts its passes; each path is their number, with such shorts and margins."""
+
+    leg, route = 1.0, np.zeros((COUNT, 2))
 
     def __init__(
         self,
@@ -28,9 +35,9 @@ class Passes:
         believed: Sequence[float] = (),
         kept_from: int = MANY,
     ) -> None:
-        self.control, self.solved, self.shorts = np.zeros(1), 0, shorts
+        self.control, self.solved = np.full((COUNT, 2), 1e-3), 0
+        self.shorts, self.kept_from = shorts, kept_from
         self.margins, self.beliefs = margins or [0.0] * MANY, believed or [0.0] * MANY
-        self.kept_from = kept_from
 
     @property
     def believed(self) -> float:
@@ -42,6 +49,11 @@ class Passes:
         """Whether the last program's path keeps all limits, as the program has them."""
         return self.solved >= self.kept_from
 
+    @property
+    def beyond(self) -> FloatArray:
+        """So little that the path is begun with, and no step leads astray."""
+        return np.full(COUNT, 1e-3 * self.shorts[self.solved])
+
     def margin(self) -> float:
         """The margin that the last path really has."""
         return self.margins[self.solved]
@@ -50,63 +62,49 @@ class Passes:
         """By how much the last path is short of its limits."""
         return self.shorts[self.solved]
 
-    def solve(self, *, broken: float) -> FloatArray:
+    def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
         """The next path."""
         self.solved += 1
-        return np.array([float(self.solved)])
+        return np.full((COUNT, 2), 1e-3 * (1 + self.solved))
 
     def follow(self, control: FloatArray) -> None:
         """Takes it."""
         self.control = control
 
-
-def path_of(passes: int) -> float:
-    """The path after so many passes: the first whole, then DAMPED of the way to each next."""
-    path = min(passes, 1.0)
-    for k in range(2, passes + 1):
-        path += DAMPED * (k - path)
-    return path
+    @property
+    def kept(self) -> int:
+        """The pass whose path it ended with."""
+        return round(1e3 * float(self.control[0, 0])) - 1
 
 
 def test_a_path_within_its_limits_gets_the_margin_that_it_can_have() -> None:
-    """Seen from far beyond them limits are too tight: such a path is not the last."""
+    """It is solved around again until program and path agree, and the margin grows no more."""
     shorts = [0.9] + [0.0] * MANY
-    # The first path that keeps its limits has no margin, and neither had its program's.
-    search = Passes(shorts, [0.03, -0.03, 0.02, 0.0255], [0.0, -0.03, 0.026, 0.0258])
+    # The first path that keeps its limits has less margin than its program's, then they grow.
+    search = Passes(shorts, [0.03, 0.01, 0.02, 0.0255], [0.0, 0.015, 0.026, 0.0262])
     keep_limits(search)
-    assert search.solved == 3
-    assert float(search.control[0]) == pytest.approx(path_of(3))
+    assert search.solved == search.kept == 3
+    # Where the margin that the program believes in still grows, it is solved around once more.
+    search = Passes(shorts, [0.0, 0.02, 0.025], [0.0, 0.02, 0.0205])
+    keep_limits(search)
+    assert search.solved == search.kept == 2
     # What is found later is not taken if it has less.
-    search = Passes(shorts, [0.03, 0.02, 0.019, 0.018], [0.0, 0.02, 0.03, 0.018])
+    search = Passes(shorts, [0.03, 0.02, 0.019], [0.0, 0.03, 0.03])
     keep_limits(search)
-    assert search.solved == 3 and float(search.control[0]) == path_of(1)
+    assert search.solved == 2 and search.kept == 1
     # Where no limit was met nothing is solved again, whatever the margin.
     search = Passes([0.0], [0.01], [0.05])
     keep_limits(search)
     assert search.solved == 0
 
 
-def test_small_gains_of_margin_add_up() -> None:
-    """A path that gains 0.4 mm in each pass is not given up, one that stays is."""
-    shorts = [0.9] + [0.0] * MANY
-    believed = [0.1] * MANY
-    gains = [0.02 + 0.0004 * k for k in range(MANY)]
-    search = Passes(shorts, gains, believed)
-    keep_limits(search)
-    assert search.solved == MOST_PASSES
-    search = Passes(shorts, [0.02] * MANY, believed)
-    keep_limits(search)
-    assert search.solved == 1 + PATIENCE
-
-
 @pytest.mark.parametrize(
     ("shorts", "passes", "kept"),
     [
-        ([0.5, LINEAR, 0.0], 2, 2),  # kept: no further pass
-        ([0.5, 0.2, 0.0, 0.0], 3, 2),  # as seen from far beyond them: once more, but no better
+        ([0.5, 0.1, 0.0], 2, 2),  # kept: no further pass
         ([0.5] + [0.1] * MANY, 1 + PATIENCE, 1),  # it does not come nearer
         ([0.5, 0.3, 0.1, 0.4, 0.2] + [0.6] * MANY, 2 + PATIENCE, 2),  # to and fro
-        ([0.99**k for k in range(MANY)], PATIENCE, PATIENCE),  # so slowly that it is left
+        ([0.99**k for k in range(MANY)], 1 + PATIENCE, 1 + PATIENCE),  # so slowly that it is left
         ([0.5**k for k in range(MANY)], MOST_PASSES, MOST_PASSES),
         ([0.5**k for k in range(8)] + [0.0], 8, 8),
     ],
@@ -117,91 +115,145 @@ def test_a_path_that_comes_nearer_to_its_limits_is_not_given_up(
     """It goes on while each leaves clearly less; the best path is kept."""
     search = Passes(shorts)
     keep_limits(search)
-    assert search.solved == passes
-    assert float(search.control[0]) == pytest.approx(path_of(kept))
+    assert search.solved == passes and search.kept == kept
 
 
 def test_where_limits_can_be_kept_a_slow_approach_is_not_given_up() -> None:
     """The same shorts are left after some passes if the program knows no path within limits."""
     shorts = [0.99**k for k in range(MANY)]
-    for kept_from, passes in ((2, MOST_PASSES), (MANY, PATIENCE)):
+    for kept_from, passes in ((2, MOST_PASSES), (MANY, 1 + PATIENCE)):
         search = Passes(shorts, kept_from=kept_from)
         keep_limits(search)
-        assert search.solved == passes
-        assert float(search.control[0]) == pytest.approx(path_of(passes))
+        assert search.solved == search.kept == passes
 
 
-class Overshooting:
-    """A search whose programs lead 4.5 times as far beyond the best path as it is away."""
+class Bent:
+    """A path of separate points, each with its own way to a circle that it has to be within.
 
-    believed, keeps_limits = 0.0, True
+    The program sees the circle as the half-plane at the nearest place of it, and wants to be as far
+    to the right as it may: from far outside that is far off, for the half-plane is endless.
+    """
 
-    def __init__(self) -> None:
-        self.control, self.solved = np.array([1.2]), 0
+    leg, believed, keeps_limits = 1.0, 0.0, True
+
+    def __init__(self, start: FloatArray, route: FloatArray, radius: float = 0.2) -> None:
+        self.control, self.route, self.circle = start, route, radius
+        self.begun: list[FloatArray] = []
+        self.regions: list[FloatArray | None] = []
+
+    @property
+    def beyond(self) -> FloatArray:
+        """How far each point is outside."""
+        return np.maximum(np.linalg.norm(self.control, axis=1) - self.circle, 0.0)
 
     def margin(self) -> float:
-        """All paths have the margin that the program believes in."""
-        return 0.0
+        """How far to the right the leftmost is."""
+        return float(self.control[:, 0].min())
 
     def find_limits(self) -> float:
-        """Paths within 60 mm of the best one keep their limits."""
-        return max(abs(float(self.control[0]) - 1.0) - 0.06, 0.0)
+        """How far the farthest point is outside."""
+        return float(self.beyond.max())
 
-    def solve(self, *, broken: float) -> FloatArray:
-        """A path on the other side."""
-        self.solved += 1
-        return 1.0 - 4.5 * (self.control - 1.0)
+    def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
+        """As far to the right as half-planes and region let it, or a metre."""
+        self.regions.append(radius)
+        path = np.array(self.control)
+        most = np.ones(len(path)) if radius is None else radius
+        for point, r in zip(path, most, strict=True):
+            n_x, n_y = point / np.linalg.norm(point)
+            x = np.linspace(point[0] - r, point[0] + r, 201)
+            y = np.minimum(point[1], (self.circle - n_x * x) / max(n_y, 1e-9))
+            can = (y >= point[1] - r) & (n_x * x + n_y * y <= self.circle + 1e-9)
+            best = np.flatnonzero(can)[-1] if can.any() else 0
+            point[:] = x[best], max(y[best], point[1] - r, 0.0)
+        return path
 
     def follow(self, control: FloatArray) -> None:
-        """Takes it."""
+        """Takes a path."""
+        self.begun.append(control)
         self.control = control
 
 
-def test_a_step_that_leads_far_beyond_limits_is_made_shorter() -> None:
-    """Paths would go to and fro, ever farther; no program is solved for the shorter step."""
-    search = Overshooting()
+def test_steps_are_as_long_as_half_planes_are_true() -> None:
+    """Endless half-planes lead far outside of a circle; within the trust region paths come back."""
+    start = np.tile([0.0, 0.25], (COUNT, 1))
+    search = Bent(start, start)
     keep_limits(search)
-    assert search.find_limits() == 0.0
-    assert search.solved < MOST_PASSES
+    # The first program's path may lie anywhere, and the others near the path before.
+    assert search.regions[0] is None and search.regions[1] is not None
+    assert np.all(search.regions[1] <= RADII[0])
+    assert search.find_limits() < 0.02 and search.margin() > 0.1
 
 
-class Stuck:
-    """A search that goes to and fro with steps of the usual length, and with no other."""
-
-    believed, keeps_limits = 0.0, False
-
-    def __init__(self, works: float) -> None:
-        self.control, self.works, self.begun = np.zeros(1), works, 0
-
-    def margin(self) -> float:
-        """All paths have the margin that the program believes in."""
-        return 0.0
-
-    def find_limits(self) -> float:
-        """Limits are kept after a step of the share that works."""
-        gone = float(self.control[0])
-        return 0.0 if gone > 1.0 and abs(gone - 1.0 - self.works) < 1e-9 else 0.04
-
-    def solve(self, *, broken: float) -> FloatArray:
-        """A unit further, or back where it began."""
-        return np.array([1.0]) if self.control[0] < 0.5 else np.array([2.0])
-
-    def follow(self, control: FloatArray) -> None:
-        """Takes it; counts how often that is the first path again."""
-        self.begun += int(control[0] == 0.0)
-        self.control = control
+def test_the_region_becomes_smaller_only_where_a_step_led_astray() -> None:
+    """Near that control point, and there by half; where it held a good step it grows again."""
+    region = TrustRegion(np.full(40, 0.1), most=0.12, least=0.01)
+    worse = np.zeros(40, dtype=bool)
+    worse[20] = True
+    step = np.full(40, 0.1)
+    step[:5] = 0.02  # these could have moved further
+    region.adapt(step, worse)
+    near = slice(20 - BESIDE, 20 + BESIDE + 1)
+    np.testing.assert_allclose(region.radius[near], SHRINKS * 0.1)
+    np.testing.assert_allclose(region.radius[5 : 20 - BESIDE], 0.12)
+    np.testing.assert_allclose(region.radius[:5], 0.1)
+    for _ in range(10):
+        region.adapt(step, worse)
+    np.testing.assert_allclose(region.radius[near], 0.01)
 
 
-@pytest.mark.parametrize(("searches", "kept"), [(1, False), (2, False), (3, True)])
-def test_a_further_search_goes_otherwise(searches: int, kept: bool) -> None:
-    """Steps of 0.3 find what steps of 0.6 and 0.8 do not."""
-    search = Stuck(OTHERWISE[1])
-    keep_limits(search, searches)
-    assert (search.find_limits() == 0.0) is kept
+def test_a_search_begins_with_the_route_where_the_best_path_is_of_no_use() -> None:
+    """If that is far beyond limits and the route is much nearer to them."""
+    far, near = np.tile([0.0, 0.2 + 1.2 * FAR], (COUNT, 1)), np.tile([0.0, 0.21], (COUNT, 1))
+    for start, route, begun in ((far, near, near), (near, far, None), (far, 0.95 * far, far)):
+        search = Bent(start, route)
+        keep_limits(search)
+        if begun is None:
+            assert search.regions[0] is None
+            assert not any(path is route for path in search.begun)
+        else:
+            paths = [path for path in search.begun if path is start or path is route]
+            assert paths[-1] is begun and search.regions[0] is not None
 
 
-def test_no_further_search_is_begun_once_limits_are_kept() -> None:
-    """The first search's path stays."""
-    search = Stuck(DAMPED)
-    keep_limits(search, 3)
-    assert search.find_limits() == 0.0 and search.begun == 0
+def test_a_further_search_begins_anew_with_another_region() -> None:
+    """Its region is of another size; there is none once limits are kept."""
+    stuck = Passes([0.04] * MANY)
+    keep_limits(stuck, 2)
+    assert stuck.solved > 1 + PATIENCE
+    once = Passes([0.04] * MANY)
+    keep_limits(once)
+    assert once.solved == 1 + PATIENCE
+    kept = Passes([0.04] + [0.0] * MANY)
+    keep_limits(kept, 3)
+    assert kept.solved == 1
+
+
+class Failing(Passes):
+    """A search whose program has no solution from some pass on."""
+
+    def __init__(self, fails: int, shorts: Sequence[float]) -> None:
+        super().__init__(shorts)
+        self.fails = fails
+
+    def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
+        """See there."""
+        if self.solved + 1 == self.fails:
+            raise PlanningError("not solved")
+        return super().solve(broken=broken, radius=radius)
+
+
+def test_a_program_that_is_not_solved_leaves_the_best_path() -> None:
+    """But if it is the first there is no path."""
+    search = Failing(3, [0.5, 0.3, 0.2, 0.1])
+    keep_limits(search)
+    assert search.kept == 2
+    with pytest.raises(PlanningError):
+        keep_limits(Failing(1, [0.5]))
+
+
+def test_a_search_from_a_known_path_tells_whether_it_kept_limits() -> None:
+    """It solves at least once: the known path is another program's."""
+    kept = Passes([0.0] * MANY)
+    assert keep_limits_from(kept) and kept.solved >= 1
+    assert not keep_limits_from(Passes([0.5] * MANY))
