@@ -98,7 +98,7 @@ def plan_design(
     beat: Designed | None,
     walks: Walks | None = None,
     enough: Callable[[MotionPlan], bool] = lambda _: True,
-    known: dict[int, MotionPlan] | None = None,
+    warm_starts: dict[int, MotionPlan] | None = None,
 ) -> Designed | None:
     """Plans a scenario in full; None as soon as it is no better than another.
 
@@ -112,7 +112,7 @@ def plan_design(
         beat: The other, if there is one.
         walks: The tasks that are planned, in this order; all if None.
         enough: Whether a task's plan leaves enough; after one that does not, no other is planned.
-        known: Plans of the same tasks with other times, see `plan_tasks`.
+        warm_starts: Plans of the same tasks with other times, see `plan_tasks`.
 
     Raises:
         PlanningError: If there is no plan, or one that touches the stairs with more than feet.
@@ -122,15 +122,16 @@ def plan_design(
     tasks = mission_of(scenario, course, source=source)
     begun, plans, ground = time.perf_counter(), [], slopes_of(course, settings.friction)
     clearance, margin, torque = Clearance(inf, inf, "", "", 0.0), inf, 1.0
-    known = {} if known is None else known
+    warm_starts = {} if warm_starts is None else warm_starts
 
     def alone(k: int, stance: Stance) -> MotionPlan:
-        like = known.get(k)
-        known[k] = plan_task(robot, course, settings, tasks[k], stance, index=k, like=like)
-        return known[k]
+        warm_starts[k] = plan_task(
+            robot, course, settings, tasks[k], stance, index=k, warm_start=warm_starts.get(k)
+        )
+        return warm_starts[k]
 
     if walks is None:
-        planned = plan_tasks(robot, course, settings, tasks, stance, known)
+        planned = plan_tasks(robot, course, settings, tasks, stance, warm_starts)
     else:
         planned = (alone(k, begin) for k, begin in walks)
     for plan in planned:

@@ -137,8 +137,7 @@ def quicken(
             try:
                 found = search.quickest(preference.speed, speed, margins)
             except SearchStoppedError:
-                known = search.so_far()
-                found = known if known is not None and known.speed > speed else None
+                found = search.verified_best(speed)
             if found is None:
                 continue
             if preference.dynamic:

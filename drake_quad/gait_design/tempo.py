@@ -154,7 +154,7 @@ class TempoTrial:
         pace: How fast it is, and what it asks of the joints.
         suits: The speeds of feet with which swings would ask for PEAK of the joints' speeds.
         walks: The tasks that were planned; all if None.
-        anew: Whether its plans are those that anyone finds; else they were begun with others, and
+        from_scratch: Whether its plans are those that anyone finds; else they had warm starts, and
             may differ a little.
     """
 
@@ -163,7 +163,7 @@ class TempoTrial:
     pace: PlanPace
     suits: FootSpeeds
     walks: Walks | None = None
-    anew: bool = True
+    from_scratch: bool = True
 
     @property
     def speed(self) -> float:
@@ -181,7 +181,7 @@ def try_tempo(
     source: str = "scenario",
     walks: Walks | None = None,
     enough: Callable[[MotionPlan], bool] = lambda _: True,
-    known: dict[int, MotionPlan] | None = None,
+    warm_starts: dict[int, MotionPlan] | None = None,
 ) -> TempoTrial:
     """Plans a scenario with such times.
 
@@ -194,17 +194,17 @@ def try_tempo(
         source: What an error names.
         walks: The tasks that are planned, in this order; all if None.
         enough: Whether a task's plan leaves enough; after one that does not, no other is planned.
-        known: Plans of the same tasks with other times, see `plan_tasks`.
+        warm_starts: Plans of the same tasks with other times, see `plan_tasks`.
 
     Raises:
         PlanningError: If there is no plan.
     """
-    anew = not known
+    from_scratch = not warm_starts
     quick = tempo.put(scenario, guard=guard_for(robot), most=most)
     course = course_of(quick, source=source, foot_radius=robot.foot_radius)
     found = plan_design(
         quick, design=design, robot=robot, shape=link_outline_of(robot), course=course,
-        source=source, beat=None, walks=walks, enough=enough, known=known,
+        source=source, beat=None, walks=walks, enough=enough, warm_starts=warm_starts,
     )  # fmt: skip
     assert found is not None  # there is nothing that it would have to beat
     seen = least_zmp_margin if found.plan.dynamic else least_margin
@@ -213,7 +213,7 @@ def try_tempo(
     tasks = mission_of(quick, course, source=source)
     pace = measure_pace(robot, course, tasks, found.plan)
     suits = [suited_speeds(robot, plan, tempo.swing) for plan in found.plan.plans]
-    return TempoTrial(tempo, found, pace, slowest(suits), walks, anew)
+    return TempoTrial(tempo, found, pace, slowest(suits), walks, from_scratch)
 
 
 def is_calm(trial: TempoTrial) -> bool:

@@ -25,7 +25,7 @@ from drake_quad.robot.model import RobotModel, leg_length
 from drake_quad.scenario.config import Scenario
 
 SAME_SPEED = 0.02  # shares of a foot's speed that make no difference
-FALLS_OVER = 0.5  # of the margin to be kept, below zero: no times will do
+FALLS_OVER = 0.5  # of the margin to be kept, below zero
 PLANS = 4  # with other speeds of the feet, at most
 FASTER = (1.0, 0.5)  # shares of the way to feet as fast as their own joints allow
 
@@ -55,8 +55,8 @@ class TempoPlanner:
         scenario: The gait's scenario, with the body as high as was asked for last.
         speeds: How fast feet go.
         refused: Whether the gait's footprints have been refused.
-        falls_over: Whether the last plan of the whole course had a static margin so far below zero
-            that other times, or a path that seeks another margin, hardly give it any.
+        falls_over: Whether the last `plan` had a static margin so far below zero that a path which
+            seeks another margin hardly gives it any.
     """
 
     def __init__(
@@ -83,12 +83,12 @@ class TempoPlanner:
         self.falls_over = False
         # Whether all are as slow as one joint asks, and whether each is as fast as its own then.
         self._limited = self._grouped = False
-        self._known: dict[int, MotionPlan] = {}  # the last plan of each task, to begin others with
+        self._warm_starts: dict[int, MotionPlan] = {}  # the last plan of each task
 
     def lower(self, share: float) -> None:
         """Plans from now on with the body lower by a share of a leg."""
         height, leg = self.gait.scenario.gait.body_height, leg_length(self._robot)
-        self._known.clear()
+        self._warm_starts.clear()
         self.scenario = copy.deepcopy(self.gait.scenario)
         self.scenario.gait.body_height = float(f"{height - share * leg:.4g}")
 
@@ -154,16 +154,16 @@ class TempoPlanner:
         self.speeds = best.tempo.speeds
         return best
 
-    def plan_anew(self, tempo: Tempo) -> TempoTrial | None:
+    def plan_from_scratch(self, tempo: Tempo) -> TempoTrial | None:
         """The whole course's plan as anyone finds it who has its times; None if there is none.
 
-        Other plans are begun with earlier ones. That is quicker, and they may differ a little.
+        Other plans have warm starts. They are found sooner, and may differ a little.
         """
-        self._known.clear()
+        self._warm_starts.clear()
         found = self.plan(tempo)
-        if found is None or found.anew:
+        if found is None or found.from_scratch:
             return found
-        self._known.clear()
+        self._warm_starts.clear()
         try:
             return self._try(found.tempo, None)
         except PlanningError:
@@ -172,7 +172,7 @@ class TempoPlanner:
     def _try(self, tempo: Tempo, walks: Walks | None) -> TempoTrial:
         return try_tempo(
             self.scenario, self.gait.design, self._robot, tempo, most=self.most,
-            source=self._source, walks=walks, known=self._known,
+            source=self._source, walks=walks, warm_starts=self._warm_starts,
             enough=lambda plan: walks is None or self.left(plan) >= 0.0,
         )  # fmt: skip
 

@@ -35,6 +35,7 @@ LONG_WAITS = 2.0  # of the time in swings, at the switches: longer swings may be
 LOWERED = (0.0, 0.03)  # of a leg: by which a body is lowered that cannot walk higher
 FIRST_SHARES = (0.35, 0.7)  # of the way to times that are no quicker: tried if the usual fail
 SOUGHT_MOST = (3.0, 2.0, 1.25)  # of what `balanced` keeps, or more is to be kept: what paths seek
+MORE = 1e-3  # [m] of margin to begin with, for which another choice of these is worth a search
 CLOSE = 0.05  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
@@ -99,7 +100,7 @@ class TempoSearch:
         self._slow, self._note, self._stop = slow, note, stop
         self._planner = TempoPlanner(gait, slow, robot, kept, source)
         # Plans of all tasks that keep enough, each with its scenario and the margin that it seeks.
-        self._kept: list[tuple[TempoTrial, Scenario, float]] = []
+        self._enough: list[tuple[TempoTrial, Scenario, float]] = []
         self._moving = gait.scenario.body.balance == "dynamic"
         course = course_of(gait.scenario, source=source, foot_radius=robot.foot_radius)
         runs = [s.run for s in flights_of(course, gait.scenario.gait.deep_tread)]
@@ -108,8 +109,9 @@ class TempoSearch:
         self._rooms_known: dict[tuple[float, float], dict[float, Trials]] = {}
         self._trials: dict[float, Trials] = {}  # by ratio of swings
         self._parts = True  # whether later trials are of the critical tasks alone
-        # Times at the switches with which the robot would fall over, by share of a leg [s].
-        self._fallen: dict[float, list[float]] = {}
+        # Times at the switches with which the robot would fall over [s], by share of a leg.
+        self._fallen: dict[float, set[float]] = {}
+        self._lowered = 0.0
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
@@ -122,7 +124,7 @@ class TempoSearch:
             kept: The margins that are to be kept, from now on; as before if None.
 
         Raises:
-            SearchStoppedError: It is stopped before it ends; see `so_far()`.
+            SearchStoppedError: It is stopped before it ends; see `verified_best`.
         """
         if kept is not None:
             self._planner.kept = kept
@@ -140,25 +142,32 @@ class TempoSearch:
                 break
         return best
 
-    def so_far(self) -> TempoTrial | None:
-        """The quickest plan so far of all that keeps enough, as anyone finds it; None without."""
+    def verified_best(self, faster_than: float) -> TempoTrial | None:
+        """The quickest plan so far of all tasks that keeps enough; None without.
+
+        A plan that had a warm start is planned again, from scratch.
+
+        Args:
+            faster_than: A speed that is of no interest, or any lower one [m/s].
+        """
         planner = self._planner
-        for found, planner.scenario, planner.most in sorted(
-            self._kept, key=lambda kept: kept[0].speed, reverse=True
-        ):
-            if found.anew:
+        while self._enough:
+            kept = max(self._enough, key=lambda kept: kept[0].speed)
+            found, scenario, most = kept
+            if found.speed <= faster_than:
+                return None
+            if found.from_scratch:
                 return found
-            planner.speeds = found.tempo.speeds
-            whole = planner.plan_anew(found.tempo)
-            if planner.spare(whole) >= 0.0:
-                return whole
+            self._enough.remove(kept)
+            planner.scenario, planner.most, planner.speeds = scenario, most, found.tempo.speeds
+            self._keep(planner.plan_from_scratch(found.tempo))
         return None
 
     def _throws_body(self, stretch: float) -> bool:
         """Whether slower swings may leave more margin.
 
-        They may if there is no plan yet, or if the plan that leaves most is shorter of the
-        zero-moment point's margin than of the static one.
+        They may if there is no plan yet, or if the plan that leaves most has too little margin of
+        the zero-moment point, or less of that than of the static one.
 
         Args:
             stretch: The ratio of the swings that were tried.
@@ -171,7 +180,7 @@ class TempoSearch:
             plans, key=lambda t: self._planner.kept.spare(t.designed.margin, t.pace.zmp_margin)
         )
         spare = most.designed.margin - self._planner.kept.margin
-        return most.pace.zmp_margin - self._planner.kept.zmp_margin < spare
+        return most.pace.zmp_margin - self._planner.kept.zmp_margin < max(spare, 0.0)
 
     def _quickest_so(self, enough: float | None, faster_than: float) -> TempoTrial | None:
         """The same with swings first so long as was chosen last.
@@ -193,7 +202,7 @@ class TempoSearch:
                     return None
                 # Another choice is worth a search only if it begins with more margin.
                 spare = self._planner.spare(trial)
-                if spare > most:
+                if spare > most + MORE:
                     most, found = spare, self._quickest_here(enough, faster_than, switch)
                     if found is not None:
                         return found
@@ -219,11 +228,12 @@ class TempoSearch:
         for _ in range(TRIES):
             found = at or self._seek(first, faster_than)
             at = None
-            if found is None or (found.walks is None and found.anew):
+            if found is None or (found.walks is None and found.from_scratch):
                 return found
             # The same times with all that was left out, and as anyone plans them.
             self._planner.speeds = found.tempo.speeds
-            whole = self._planner.plan_anew(found.tempo)
+            whole = self._planner.plan_from_scratch(found.tempo)
+            self._keep(whole)
             if whole is not None and self._planner.spare(whole) >= 0.0:
                 return whole if whole.speed > faster_than else None
             self._learn(found, whole)
@@ -250,7 +260,7 @@ class TempoSearch:
             note(f"planning with {tempo.swing:.2f} s a swing, {tempo.switch:.2f} s at the switches")
             for most in (inf, room):
                 self._planner.most = most
-                found = self._planner.plan_anew(tempo)
+                found = self._planner.plan_from_scratch(tempo)
                 if found is not None and self._planner.spare(found) >= 0.0:
                     yield found
                     break
@@ -271,6 +281,8 @@ class TempoSearch:
             tempo = replace(self._planner.usual(stretch), switch=switch)
             found = self._planner.plan(tempo, trials.walks)
             trials.known[switch] = found
+            if found is None and self._planner.falls_over and trials.walks is None:
+                self._fallen.setdefault(self._lowered, set()).add(switch)
             self._keep(found)
             if found is not None:
                 left = f"{1e3 * found.designed.margin:.0f} mm"
@@ -283,7 +295,7 @@ class TempoSearch:
     def _keep(self, found: TempoTrial | None) -> None:
         """Remembers a plan of all tasks that keeps enough."""
         if found is not None and found.walks is None and self._planner.spare(found) >= 0.0:
-            self._kept.append((found, self._planner.scenario, self._planner.most))
+            self._enough.append((found, self._planner.scenario, self._planner.most))
 
     def _critical(self, trial: TempoTrial) -> tuple[int, ...]:
         """The tasks of a whole plan with the least margin, or nearly so, by places in it."""
@@ -300,13 +312,19 @@ class TempoSearch:
             whole: The plan of the whole mission with its times, which did not.
         """
         trials = next(t for t in self._trials.values() if trial in t.known.values())
-        short = () if whole is None else self._critical(whole)
-        more = tuple(k for k in short if k not in trials.critical)
-        trials.critical = (*more, *trials.critical) if more else ()
-        trials.known = {
-            t: k for t, k in trials.known.items() if k is None or (k.walks is None and k.anew)
-        }
+        if trial.walks is not None:  # else trials are of all tasks already
+            short = () if whole is None else self._critical(whole)
+            more = tuple(k for k in short if k not in trials.critical)
+            trials.critical = (*more, *trials.critical) if more else ()
+        trials.known = {t: k for t, k in trials.known.items() if self._stays(k)}
         trials.known[trial.tempo.switch] = whole
+
+    def _stays(self, trial: TempoTrial | None) -> bool:
+        """Whether a trial still tells something once one that left enough has proved not to."""
+        if trial is None:
+            return True
+        sure = trial.from_scratch or self._planner.spare(trial) < 0.0
+        return trial.walks is None and sure
 
     def _longest_switch(self, stretch: float, speed: float) -> float:
         """The time at the switches with which there is a speed, if no swing lasts longer [s]."""
@@ -326,8 +344,10 @@ class TempoSearch:
         """
         planner = self._planner
         for share in LOWERED[: 1 if planner.gait.planned else None]:
-            if len(self._fallen.get(share, ())) >= FALLEN:
+            fallen = self._fallen.setdefault(share, set())
+            if len(fallen) >= FALLEN:
                 continue
+            self._lowered = share
             planner.lower(share)
             for most in SOUGHT_MOST:
                 planner.most = most * max(planner.kept.margin, KEPT * self._slow.margin)
@@ -335,8 +355,7 @@ class TempoSearch:
                 found = self.trial(self._stretch, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
-                if found is None and planner.falls_over:
-                    self._fallen.setdefault(share, []).append(switch)
+                if found is None and switch in fallen:
                     break
 
     def _at_speed(self, speed: float) -> TempoTrial | None:

@@ -29,7 +29,7 @@ from drake_quad.planning.contact_plan import (
     swing_times,
 )
 from drake_quad.planning.leg_limits import LegLimits, Shanks, find_limits, tilt_arm
-from drake_quad.planning.motion_plan import pose_robot, roll_along
+from drake_quad.planning.motion_plan import MotionPlan, pose_robot, roll_along
 from drake_quad.planning.problem import KNOT, PlanSettings
 from drake_quad.planning.stance_margin import Footing
 from drake_quad.planning.zmp import (
@@ -113,24 +113,26 @@ class BodyPathOptimizer:
             self._robot, self.contacts, self.spline, self._times, self._rolled
         )
 
-    def follow_like(self, other: BodySpline, contacts: ContactPlan) -> bool:
+    def follow_plan(self, plan: MotionPlan) -> bool:
         """Takes the path of another plan with the same steps, if legs were at their limits there.
 
         The same steps are those of the same legs in turn, at other times or from other places: its
         path is followed from phase to phase. From then on the path is held within limits.
 
         Args:
-            other: The other plan's path, with the body as high over the ground.
-            contacts: The other plan's contacts.
+            plan: The other plan, with the body as high over the ground.
 
         Returns:
             Whether it is taken; else everything is as before.
         """
+        other, contacts = plan.body, plan.contacts
         mine, others = self.contacts.phases, contacts.phases
         legs, their_legs = ([[s.leg for s in p.steps] for p in phases] for phases in (mine, others))
         if legs != their_legs:
             return False
-        level = self._poses(other.control[:, :2], contacts.duration, other.knot)
+        level = self._poses(
+            other.control[:, :2], contacts.duration, other.knot, plan.joined or self._route.joined
+        )
         bent = (other.control[:, 2:4] - level[:, 2:]) * [1.0, self._arm]
         bent[:3] = bent[-3:] = 0.0  # at rest
         if np.abs(bent).max() <= LEVEL:
@@ -335,10 +337,18 @@ class BodyPathOptimizer:
         """Control points of all five splines (n, 5): z and pitch follow the ground under a path."""
         yaw = np.array(self._yaw)
         yaw[:3], yaw[-3:] = yaw[0], yaw[-1]  # at rest at both ends
-        return np.column_stack([self._poses(path, self.contacts.duration, self._knot), yaw])
+        poses = self._poses(path, self.contacts.duration, self._knot, self._route.joined)
+        return np.column_stack([poses, yaw])
 
-    def _poses(self, path: FloatArray, duration: float, knot: float) -> FloatArray:
-        """The first four of these, (n, 4), of a path with such a duration and knot spacing [s]."""
+    def _poses(self, path: FloatArray, duration: float, knot: float, joined: float) -> FloatArray:
+        """The first four of these, (n, 4), of a path with such times [s].
+
+        Args:
+            path: Control points (n, 2) or (n, 4) [m].
+            duration: How long the path lasts [s].
+            knot: Knot spacing [s].
+            joined: When it has come from where the task before ended to the ground's height [s].
+        """
         settings, route = self._settings, self._route
         height, slope = route.ground(path[:, :2])
         pitch = body_pitch(settings.pitch_along_slope, slope)
@@ -349,7 +359,7 @@ class BodyPathOptimizer:
         if route.start is not None:  # the task before ended there, over whatever it took for ground
             off = route.start - poses[0]
             if np.any(np.abs(off) > ROUNDING):
-                left = join_weights(duration, knot, route.joined)
+                left = join_weights(duration, knot, joined)
                 poses += left[:, None] * off
         return poses
 

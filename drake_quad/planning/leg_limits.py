@@ -48,7 +48,7 @@ class LegLimits:
             it is for a leg's limits (K,).
         short: Violation of the limits by the path that the sides were made for: the sum of the
             worst of either kind, that of the legs' limits counting tenfold [m].
-        beyond: The same at each time that was looked at, (N,) [m].
+        beyond: The same sum of the worst of either kind at each time that was looked at, (N,) [m].
     """
 
     sample: IntArray

@@ -4,13 +4,16 @@ Limits are seen along the path so far, as half-planes, which are true near that 
 program's path stays within a *trust region* about the path before: every control point may move by
 so much. Where a path turns out to be further beyond limits than it was before, the region becomes
 smaller, there alone, and elsewhere it does not (sequential quadratic programming with a trust
-region: Nocedal and Wright, "Numerical Optimization", chapter 18).
+region: Nocedal and Wright, "Numerical Optimization", chapter 18). Other than there, a step that
+leads further beyond limits is taken all the same: the next program sees limits from there. A path
+that is near its limits has no trust region until a step leads astray, and that step is not taken.
 
 The path of most margin may be so far beyond limits that the half-planes along it are of no use.
 Then the search begins with the route, whose poses a gait was designed for.
 """
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Protocol
 
@@ -23,20 +26,21 @@ from drake_quad.planning.body_qp import BROKEN
 
 MOST_PASSES = 16
 PATIENCE = 7  # passes after the last that came nearer
-FALLS = 0.7  # of how short the best was: less is nearer
+CLEARLY = 0.7  # of how short the best was: less is clearly nearer
 # The trust region in which a search begins, as shares of a leg's length; those of further searches
 # follow. Where one goes to and fro, another may not.
 RADII = (0.15, 0.06, 0.3)
 LONGER = 1.5  # times as many passes, and as much patience, that a further search has
-MOST_FALLS = 6  # paths in turn along which the robot would fall over: others hardly hold it
+MOST_TIPPING = 6  # paths in turn along which the robot would fall over: others hardly hold it
 LEAST_RADIUS = 0.003  # of a leg
 SHRINKS, GROWS = 0.5, 1.5
 ACTIVE = 0.99  # of the trust region's radius, from which on it holds a control point
 BESIDE = 4  # control points on either side of one, whose trust region becomes smaller with its own
-FAR = 0.4  # of a leg: short of limits by so much, the path of most margin is not begun with
+# Of a leg, of what `LimitsSearch.beyond` counts: from the first on, the path of most margin is not
+# begun with; up to the second, limits are seen much as they are.
+FAR, LINEAR = 0.4, 0.016
 NEARER = 0.5  # of how short that is: the route has to be that near to be begun with
-ASTRAY = 2.0  # times as far beyond limits as before: the step is not taken
-LINEAR = 0.016  # of a leg: short by no more than that, limits are seen much as they are
+ASTRAY = 2.0  # times as far beyond limits as before: a step without a trust region is not taken
 REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
 SETTLED = 1e-3  # [m] of margin that one more pass gains, and another is not worth its time
 
@@ -64,7 +68,7 @@ class LimitsSearch(Protocol):
 
     @property
     def beyond(self) -> FloatArray:
-        """How far the path is beyond limits near each control point (n,) [m]."""
+        """How far the path is beyond limits near each control point (n,), see LegLimits [m]."""
 
     def margin(self) -> float:
         """The path's margin [m]."""
@@ -88,31 +92,39 @@ def keep_limits(search: LimitsSearch, searches: int = 1) -> None:
     """Looks for a path along which legs keep their limits, or come as near to that as they can.
 
     Args:
-        search: The path, and the program around it.
+        search: The program's path of most margin, and the program around it.
         searches: How many searches there may be at most, each from the same path, until one finds
             a path that keeps all limits.
+
+    Raises:
+        PlanningError: If the first program is not solved.
     """
-    first = search.control
-    if search.find_limits() == 0.0:
+    first, short = search.control, search.find_limits()
+    if short == 0.0:
         return
-    best = _search(search, RADII[0], 1.0)
-    path = search.control
+    start = _Best(first)
+    start.take(0, first, short, search.margin(), 1.0)
+    best = _search(search, RADII[0], 1.0, start, free=True)
     for radius in RADII[1:searches]:
-        if best[0] == 0.0:
+        if best.short == 0.0:
             break
         search.follow(first)
         search.find_limits()
-        found = _search(search, radius, LONGER)
-        if found < best:
-            best, path = found, search.control
-    if path is not search.control:
-        search.follow(path)
+        with suppress(PlanningError):  # one path is known already
+            found = _search(search, radius, LONGER, replace(start), free=False)
+            best = min(best, found, key=lambda b: (b.short, -b.margin))
+    if best.path is not search.control:
+        search.follow(best.path)
 
 
 def keep_limits_from(search: LimitsSearch) -> bool:
     """Looks for a path within limits from one that is near them; returns whether it found one."""
     search.find_limits()
-    return _search(search, RADII[0], 1.0)[0] == 0.0
+    # The path may be none of the program's, and have no ZMP margin: it does not count itself.
+    best = _search(search, RADII[0], 1.0, _Best(search.control), free=True)
+    if best.path is not search.control:
+        search.follow(best.path)
+    return best.short == 0.0
 
 
 @dataclass
@@ -136,9 +148,9 @@ class TrustRegion:
             step: How far each control point has moved (n,) [m].
             worse: Near which of them the path is further beyond limits than it was (n,).
         """
-        padded = np.pad(worse, BESIDE)
-        worse = np.asarray(sliding_window_view(padded, 2 * BESIDE + 1).any(axis=-1))
-        smaller = np.maximum(SHRINKS * np.minimum(self.radius, step), self.least)
+        near = _near(step)
+        worse = _near(worse.astype(np.float64)) > 0.0
+        smaller = np.maximum(SHRINKS * np.minimum(self.radius, near), self.least)
         larger = np.where(self.holds(step), np.minimum(GROWS * self.radius, self.most), self.radius)
         self.radius = np.where(worse, smaller, larger)
 
@@ -165,7 +177,7 @@ class _Best:
     at: int = 0
     margin_then: float = -inf
 
-    def take(self, k: int, path: FloatArray, short: float, margin: float, falls: float) -> bool:
+    def take(self, k: int, path: FloatArray, short: float, margin: float, share: float) -> bool:
         """Takes the path of the pass k if it is better; returns whether it is clearly so.
 
         Args:
@@ -173,10 +185,10 @@ class _Best:
             path: Its control points [m].
             short: How far it is beyond limits [m].
             margin: Its margin [m].
-            falls: Share of how short the best is, less than which is clearly nearer.
+            share: Of how short the best is, less than which is clearly nearer.
         """
         if self.short > 0.0:
-            nearer = short < self.short and short <= falls * self.short
+            nearer = short < self.short and short <= share * self.short
         else:
             nearer = short == 0.0 and margin >= self.margin_then + SETTLED
         if nearer:
@@ -186,7 +198,9 @@ class _Best:
         return nearer
 
 
-def _search(search: LimitsSearch, radius: float, longer: float) -> tuple[float, float]:
+def _search(
+    search: LimitsSearch, radius: float, longer: float, best: _Best, *, free: bool
+) -> _Best:
     """Solves the program again until legs keep their limits, or as nearly as they come to it.
 
     A path that keeps them is solved around again until it has the margin that the program believes
@@ -196,25 +210,28 @@ def _search(search: LimitsSearch, radius: float, longer: float) -> tuple[float, 
     believes that limits can be kept, any fall is nearer, for its paths then go there, if slowly.
 
     Args:
-        search: The path, whose limits have been looked at, and the program around it; it ends with
-            the best path.
+        search: The path, whose limits have been looked at, and the program around it.
         radius: Of the trust region, as a share of a leg.
         longer: Times as many passes as are usual.
+        best: The best path so far.
+        free: Whether a step may lead anywhere until one leads astray, if the path is near its
+            limits.
 
     Returns:
-        How far the best path is beyond limits, and minus its margin [m].
+        The best path.
+
+    Raises:
+        PlanningError: If the first program is not solved.
     """
     most, patience = round(longer * MOST_PASSES), round(longer * PATIENCE)
     leg = search.leg
-    # Where the path is near its limits a step may lead anywhere, until one leads astray.
-    free = float(search.beyond.max()) <= FAR * leg
-    if not free:
+    if float(search.beyond.max()) > FAR * leg:
+        free = False
         _begin_with_nearer(search)
     region = TrustRegion(
         np.full(len(search.control), radius * leg), radius * leg, LEAST_RADIUS * leg
     )
-    # The path that it begins with may be none of the program's, and have no ZMP margin.
-    best, falls = _Best(search.control), 0
+    tipping = 0
     for k in range(1, most + 1):
         start, beyond, believed = search.control, search.beyond, search.believed
         try:
@@ -236,18 +253,16 @@ def _search(search: LimitsSearch, radius: float, longer: float) -> tuple[float, 
             held = bool(region.holds(step).any())
             region.adapt(step, search.beyond > np.maximum(beyond, LINEAR * leg))
         kept_before = best.short == 0.0
-        nearer = best.take(k, path, short, margin, 1.0 if search.keeps_limits else FALLS)
+        nearer = best.take(k, path, short, margin, 1.0 if search.keeps_limits else CLEARLY)
         grows = held or search.believed > believed + SETTLED
         if short == 0.0 and margin >= search.believed - REACHED and not grows:
             break
-        falls = falls + 1 if search.believed < 0.0 and margin < 0.0 else 0
+        tipping = tipping + 1 if search.believed < 0.0 and margin < 0.0 else 0
         if (short == 0.0 and kept_before and not nearer) or k >= best.at + patience:
             break
-        if falls >= MOST_FALLS:
+        if tipping >= MOST_TIPPING:
             break
-    if best.path is not search.control:
-        search.follow(best.path)
-    return best.short, -best.margin
+    return best
 
 
 def _begin_with_nearer(search: LimitsSearch) -> None:
@@ -265,3 +280,9 @@ def _step(start: FloatArray, path: FloatArray) -> FloatArray:
     step = np.array(path)
     step[:, : start.shape[1]] -= start
     return np.asarray(np.abs(step).max(axis=1))
+
+
+def _near(values: FloatArray) -> FloatArray:
+    """The greatest of each value and BESIDE to either side of it (n,)."""
+    padded = np.pad(values, BESIDE, constant_values=-np.inf)
+    return np.asarray(sliding_window_view(padded, 2 * BESIDE + 1).max(axis=-1))

@@ -132,7 +132,7 @@ def plan_tasks(
     settings: PlanSettings,
     mission: Sequence[Task],
     stance: Stance,
-    known: dict[int, MotionPlan] | None = None,
+    warm_starts: dict[int, MotionPlan] | None = None,
 ) -> Iterator[MotionPlan]:
     """Plans task by task, each when it is requested, so that a caller may stop at any.
 
@@ -142,18 +142,18 @@ def plan_tasks(
         settings: Gait and body parameters.
         mission: The tasks.
         stance: Where body and feet are, at rest.
-        known: Plans of the same tasks with other times, by place in the mission, whose paths are
-            begun with (see `plan_task`). New ones take their places.
+        warm_starts: Plans of the same tasks with other times, by place in the mission, whose paths
+            are begun with (see `plan_task`). New ones take their places.
 
     Raises:
         PlanningError: If the robot cannot stand so, or a task has no plan.
     """
     check_stance(robot, stance)
-    known = {} if known is None else known
+    warm_starts = {} if warm_starts is None else warm_starts
     for index, task in enumerate(mission):
-        like = known.get(index)
-        plan = plan_task(robot, course, settings, task, stance, index=index, like=like)
-        known[index] = plan
+        warm_start = warm_starts.get(index)
+        plan = plan_task(robot, course, settings, task, stance, index=index, warm_start=warm_start)
+        warm_starts[index] = plan
         yield plan
         stance = plan.end
 

@@ -34,7 +34,7 @@ def plan_body(
     rolled: FloatArray | None = None,
     *,
     beat: float | None = None,
-    like: MotionPlan | None = None,
+    warm_start: MotionPlan | None = None,
 ) -> tuple[BodySpline, ContactPlan, float]:
     """Plans the body so that the whole robot's centre of mass keeps the margin.
 
@@ -49,8 +49,9 @@ def plan_body(
             hull.
         rolled: How far the feet have rolled before (4, 2) [m]; None: not at all.
         beat: A margin that is of no interest, as any smaller one [m]; None: any is of interest.
-        like: A plan of much the same steps, with the body as high: where its legs were at their
-            limits the search begins with its path, and ends sooner. None: it begins with the route.
+        warm_start: A plan of much the same steps, with the body as high. Where its legs were at
+            their limits the search begins with its path, and ends sooner; `beat` and further
+            searches are not looked at then. None: it begins with the route.
 
     Returns:
         The path, the contacts with feet that roll as they do along it, and the smallest static
@@ -64,8 +65,10 @@ def plan_body(
     begin = np.zeros((4, 2)) if rolled is None else rolled
     search = BodyPathOptimizer(robot, contacts, route, settings, footing, begin)
     if not settings.uniform_body:
-        if like is None or not _like(search, like):
-            search = BodyPathOptimizer(robot, contacts, route, settings, footing, begin)
+        warm = warm_start is not None and search.follow_plan(warm_start)
+        if not (warm and _stays_within_limits(search)):
+            if warm:
+                search = BodyPathOptimizer(robot, contacts, route, settings, footing, begin)
             feasible = footing is not None and footing.drives
             _search(search, settings, feasible=feasible, beat=beat)
         if any(len(phase.steps) > 1 for phase in search.contacts.phases):
@@ -86,10 +89,8 @@ def _search(
     keep_limits(search, settings.searches)
 
 
-def _like(search: BodyPathOptimizer, other: MotionPlan) -> bool:
+def _stays_within_limits(search: BodyPathOptimizer) -> bool:
     """Looks for a path within limits from another plan's on; returns whether it found one."""
-    if not search.follow_like(other.body, other.contacts):
-        return False
     try:
         return keep_limits_from(search)
     except PlanningError:
@@ -99,9 +100,9 @@ def _like(search: BodyPathOptimizer, other: MotionPlan) -> bool:
 def _come_to_line(search: BodyPathOptimizer) -> None:
     """Solves again around a path that keeps limits, whose point is not yet on two feet's line.
 
-    A path within limits lifts and tilts the body, and is gone to in damped steps: both leave the
-    zero-moment point beside where the program had it. The nearest path is kept of those that go no
-    further beyond limits.
+    A path within limits lifts and tilts the body, and the program sees what that does to the
+    zero-moment point along the path before: the point is left beside where the program had it. The
+    nearest path is kept of those that go no further beyond limits.
     """
     short = search.find_limits()
     best, path = search.mean_off_line(), search.control

@@ -124,7 +124,7 @@ def plan_task(
     stance: Stance,
     *,
     index: int,
-    like: MotionPlan | None = None,
+    warm_start: MotionPlan | None = None,
 ) -> MotionPlan:
     """Plans `task` from `stance` on.
 
@@ -135,7 +135,8 @@ def plan_task(
         task: What to do.
         stance: Where body and feet are, at rest.
         index: The task's place in the mission.
-        like: A plan of the same task with other times, whose path is begun with; see `plan_body`.
+        warm_start: A plan of the same task with other times, whose path is begun with; see
+            `plan_body`.
 
     Raises:
         PlanningError: If there is no plan, with the reason.
@@ -158,10 +159,12 @@ def plan_task(
     finish = partial(_plan_gait, robot, stance=stance, index=index, footing=footing)
     if task.kind == "walk" and not settings.uniform_body:
         lane = course.lanes[task.lane]
-        settings, laid, plan = _off_risers(lane, robot.foot_radius, settings, lay, finish, like)
+        settings, laid, plan = _off_risers(
+            lane, robot.foot_radius, settings, lay, finish, warm_start
+        )
     else:
         laid = lay(settings)
-        plan = finish(settings, laid, like=like)
+        plan = finish(settings, laid, warm_start=warm_start)
     if plan.margin < MARGIN_ENOUGH and not (settings.via_centres or settings.uniform_body):
         # The fewest steps leave little margin: the paper's way, through the centres, takes more
         # steps and may leave more.
@@ -190,7 +193,7 @@ def _off_risers(
     settings: PlanSettings,
     lay: Callable[[PlanSettings], Laid],
     finish: Callable[..., MotionPlan],
-    like: MotionPlan | None,
+    warm_start: MotionPlan | None,
 ) -> tuple[PlanSettings, Laid, MotionPlan]:
     """A walk whose feet keep off risers as they roll; its own path determines how far.
 
@@ -201,19 +204,21 @@ def _off_risers(
         PlanningError: If there is none at all.
     """
 
-    def make(setback: float, like: MotionPlan | None) -> tuple[PlanSettings, Laid, MotionPlan]:
+    def make(
+        setback: float, warm_start: MotionPlan | None
+    ) -> tuple[PlanSettings, Laid, MotionPlan]:
         set_back = replace(settings, riser_setback=setback)
         laid = lay(set_back)
-        return set_back, laid, finish(set_back, laid, like=like)
+        return set_back, laid, finish(set_back, laid, warm_start=warm_start)
 
     least = settings.riser_setback
     setback = max(least, initial_setback(foot_radius))
     try:
-        first = make(setback, like)
+        first = make(setback, warm_start)
     except PlanningError:
         if setback == least:
             raise
-        return make(least, like)
+        return make(least, warm_start)
     best, (most, needed) = first, riser_gap(lane, first[2].contacts, foot_radius)
     for _ in range(ANEW):
         if most >= GOOD_GAP or needed <= setback:
@@ -263,11 +268,11 @@ def _plan_gait(
     index: int,
     footing: Footing | None,
     beat: float | None = None,
-    like: MotionPlan | None = None,
+    warm_start: MotionPlan | None = None,
 ) -> MotionPlan:
     contacts, route, segments = laid
     body, contacts, margin = plan_body(
-        robot, contacts, route, settings, footing, stance.roll, beat=beat, like=like
+        robot, contacts, route, settings, footing, stance.roll, beat=beat, warm_start=warm_start
     )
     if settings.dynamic:
         segments = _with_zmp(segments, sample_zmp(robot, contacts, body, ZMP_CHECK_PERIOD))

@@ -15,9 +15,9 @@ from drake_quad.gait_design.foot_speeds import NO_SPEEDS
 from drake_quad.gait_design.pace import PlanPace
 from drake_quad.gait_design.preference import RequiredMargins
 from drake_quad.gait_design.switch_time import seek_switch
-from drake_quad.gait_design.tempo import TempoTrial, least_margin, try_tempo, usual_tempo
+from drake_quad.gait_design.tempo import Tempo, TempoTrial, least_margin, try_tempo, usual_tempo
 from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
-from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch
+from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch, Trials
 from drake_quad.planning.motion_plan import MotionPlan
 
 
@@ -99,10 +99,10 @@ def test_trials_begin_with_earlier_plans_and_the_answer_does_not(
     slow = designed()
     begun: list[bool] = []
 
-    def plan(*given: Any, known: dict[int, MotionPlan], **_: object) -> TempoTrial:
-        begun.append(bool(known))
-        found = replace(_trial({1: 0.06}, given[3].switch, None), anew=not known)
-        known[1] = slow.plan.plans[1]
+    def plan(*given: Any, warm_starts: dict[int, MotionPlan], **_: object) -> TempoTrial:
+        begun.append(bool(warm_starts))
+        found = replace(_trial({1: 0.06}, given[3].switch, None), from_scratch=not warm_starts)
+        warm_starts[1] = slow.plan.plans[1]
         return found
 
     monkeypatch.setattr(tempo_planner, "try_tempo", plan)
@@ -111,8 +111,8 @@ def test_trials_begin_with_earlier_plans_and_the_answer_does_not(
     tempo = planner.usual(1.25)
     for _ in range(2):
         planner.plan(tempo)
-    anew = planner.plan_anew(tempo)
-    assert anew is not None and anew.anew
+    anew = planner.plan_from_scratch(tempo)
+    assert anew is not None and anew.from_scratch
     planner.lower(0.03)
     planner.plan(tempo)
     assert begun == [False, True, False, False]
@@ -122,10 +122,10 @@ def test_an_answer_found_from_other_plans_is_planned_anew(monkeypatch: pytest.Mo
     """What leaves enough only when begun with another plan is not the answer."""
     slow = designed()
 
-    def plan(*given: Any, known: dict[int, MotionPlan], **_: object) -> TempoTrial:
-        switch, anew = given[3].switch, not known
-        known[1] = slow.plan.plans[1]
-        return replace(_trial({1: 0.05 * switch - 4e-3 * anew}, switch, None), anew=anew)
+    def plan(*given: Any, warm_starts: dict[int, MotionPlan], **_: object) -> TempoTrial:
+        switch, anew = given[3].switch, not warm_starts
+        warm_starts[1] = slow.plan.plans[1]
+        return replace(_trial({1: 0.05 * switch - 4e-3 * anew}, switch, None), from_scratch=anew)
 
     monkeypatch.setattr(tempo_planner, "try_tempo", plan)
     monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
@@ -137,10 +137,58 @@ def test_an_answer_found_from_other_plans_is_planned_anew(monkeypatch: pytest.Mo
     search = TempoSearch(gait, slow, paper_robot(), kept, "check")
     monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
     found = search.quickest(None, 0.1)
-    assert found is not None and found.anew and found.designed.margin >= kept.margin
+    assert found is not None and found.from_scratch and found.designed.margin >= kept.margin
     assert found.tempo.switch == pytest.approx(0.58, rel=0.1)
-    so_far = search.so_far()
-    assert so_far is not None and so_far.anew
+    assert search.verified_best(0.0) is found and search.verified_best(found.speed) is None
+
+
+def test_a_stopped_search_plans_its_best_again_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From scratch, at its own height and with the margin that it sought; the next if it fails."""
+    slow, robot = designed(), paper_robot()
+    gait = GaitChoice(slow.scenario, slow.design)
+    kept = RequiredMargins(0.025, 0.0)
+    search = TempoSearch(gait, slow, robot, kept, "check")
+    planner = search._planner
+    monkeypatch.setattr(
+        planner, "spare", lambda t: -1.0 if t is None else t.designed.margin - 0.025
+    )
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    asked: list[tuple[float, float, float]] = []
+    for share, most, switch in ((0.0, 0.06, 0.5), (0.03, 0.05, 0.6)):
+        planner.lower(share)
+        planner.most = most
+        search._keep(replace(_trial({1: 0.05}, switch, None), from_scratch=False))
+    planner.most = 9.0
+
+    def plan(tempo: Tempo) -> TempoTrial | None:
+        asked.append((planner.scenario.gait.body_height, planner.most, tempo.switch))
+        return None if tempo.switch == 0.5 else _trial({1: 0.05}, tempo.switch, None)
+
+    monkeypatch.setattr(planner, "plan_from_scratch", plan)
+    height = slow.scenario.gait.body_height
+    assert search.verified_best(1.9) is None and asked == [(height, 0.06, 0.5)]
+    found = search.verified_best(0.1)
+    assert found is not None and found.tempo.switch == 0.6
+    assert asked[1][1:] == (0.05, 0.6) and asked[1][0] < height
+    assert search.verified_best(0.1) is found and len(asked) == 2
+
+
+def test_trials_of_all_tasks_stay_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a speed is asked for: what was learned from one that had a warm start is no reason."""
+    slow = designed()
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, paper_robot(), RequiredMargins(0.025, 0.0), "check")
+    monkeypatch.setattr(search, "_critical", lambda _: (2,))
+    whole = replace(_trial({1: 0.03}, 0.5, None), from_scratch=False)
+    trials = Trials(known={0.5: whole}, first=whole)
+    search._trials = {1.25: trials}
+    search._learn(whole, _trial({1: 0.02}, 0.5, None))
+    assert trials.critical == () and trials.walks is None
+    walks = ((1, slow.plan.plans[0].end),)
+    part = _trial({1: 0.03}, 0.6, walks)
+    trials.known[0.6], trials.critical = part, (1,)
+    search._learn(part, _trial({1: 0.02}, 0.6, None))
+    assert list(trials.critical) == [2, 1]
 
 
 def test_a_gait_that_falls_over_with_two_times_is_left(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ from drake_quad.planning.limits_search import (
     BESIDE,
     FAR,
     MOST_PASSES,
+    MOST_TIPPING,
     PATIENCE,
     RADII,
     SHRINKS,
@@ -37,6 +38,7 @@ class Passes:
     ) -> None:
         self.control, self.solved = np.full((COUNT, 2), 1e-3), 0
         self.shorts, self.kept_from = shorts, kept_from
+        self.regions: list[tuple[FloatArray | None, FloatArray]] = []
         self.margins, self.beliefs = margins or [0.0] * MANY, believed or [0.0] * MANY
 
     @property
@@ -65,6 +67,7 @@ class Passes:
     def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
         """The next path."""
         self.solved += 1
+        self.regions.append((radius, self.control))
         return np.full((COUNT, 2), 1e-3 * (1 + self.solved))
 
     def follow(self, control: FloatArray) -> None:
@@ -104,7 +107,8 @@ def test_a_path_within_its_limits_gets_the_margin_that_it_can_have() -> None:
         ([0.5, 0.1, 0.0], 2, 2),  # kept: no further pass
         ([0.5] + [0.1] * MANY, 1 + PATIENCE, 1),  # it does not come nearer
         ([0.5, 0.3, 0.1, 0.4, 0.2] + [0.6] * MANY, 2 + PATIENCE, 2),  # to and fro
-        ([0.99**k for k in range(MANY)], 1 + PATIENCE, 1 + PATIENCE),  # so slowly that it is left
+        ([0.99**k for k in range(MANY)], PATIENCE, PATIENCE),  # so slowly that it is left
+        ([0.04] + [0.05] * MANY, PATIENCE, 0),  # no path is better than the first
         ([0.5**k for k in range(MANY)], MOST_PASSES, MOST_PASSES),
         ([0.5**k for k in range(8)] + [0.0], 8, 8),
     ],
@@ -121,7 +125,7 @@ def test_a_path_that_comes_nearer_to_its_limits_is_not_given_up(
 def test_where_limits_can_be_kept_a_slow_approach_is_not_given_up() -> None:
     """The same shorts are left after some passes if the program knows no path within limits."""
     shorts = [0.99**k for k in range(MANY)]
-    for kept_from, passes in ((2, MOST_PASSES), (MANY, 1 + PATIENCE)):
+    for kept_from, passes in ((2, MOST_PASSES), (MANY, PATIENCE)):
         search = Passes(shorts, kept_from=kept_from)
         keep_limits(search)
         assert search.solved == search.kept == passes
@@ -139,6 +143,7 @@ class Bent:
     def __init__(self, start: FloatArray, route: FloatArray, radius: float = 0.2) -> None:
         self.control, self.route, self.circle = start, route, radius
         self.begun: list[FloatArray] = []
+        self.solved_from: list[FloatArray] = []
         self.regions: list[FloatArray | None] = []
 
     @property
@@ -157,6 +162,7 @@ class Bent:
     def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
         """As far to the right as half-planes and region let it, or a metre."""
         self.regions.append(radius)
+        self.solved_from.append(self.control)
         path = np.array(self.control)
         most = np.ones(len(path)) if radius is None else radius
         for point, r in zip(path, most, strict=True):
@@ -185,6 +191,19 @@ def test_steps_are_as_long_as_half_planes_are_true() -> None:
     assert search.find_limits() < 0.02 and search.margin() > 0.1
 
 
+def test_a_step_without_a_region_that_leads_astray_is_not_taken() -> None:
+    """It is made again from the same path, within a region; that shrinks where it leads astray."""
+    start = np.tile([0.0, 0.25], (40, 1))
+    start[20:] = [0.15, 0.0]  # well within: nothing leads astray there
+    search = Bent(start, start)
+    keep_limits(search)
+    assert search.regions[0] is None
+    assert search.solved_from[1] is search.solved_from[0] is start
+    regions = [region for region in search.regions if region is not None]
+    least = np.min(regions, axis=0)
+    assert np.all(least[:20] < RADII[0]) and np.all(least[20 + BESIDE :] == RADII[0])
+
+
 def test_the_region_becomes_smaller_only_where_a_step_led_astray() -> None:
     """Near that control point, and there by half; where it held a good step it grows again."""
     region = TrustRegion(np.full(40, 0.1), most=0.12, least=0.01)
@@ -192,13 +211,14 @@ def test_the_region_becomes_smaller_only_where_a_step_led_astray() -> None:
     worse[20] = True
     step = np.full(40, 0.1)
     step[:5] = 0.02  # these could have moved further
+    step[21] = 0.0  # it did not move, and is not to blame
     region.adapt(step, worse)
     near = slice(20 - BESIDE, 20 + BESIDE + 1)
     np.testing.assert_allclose(region.radius[near], SHRINKS * 0.1)
     np.testing.assert_allclose(region.radius[5 : 20 - BESIDE], 0.12)
     np.testing.assert_allclose(region.radius[:5], 0.1)
     for _ in range(10):
-        region.adapt(step, worse)
+        region.adapt(0.5 * region.radius, worse)
     np.testing.assert_allclose(region.radius[near], 0.01)
 
 
@@ -216,14 +236,19 @@ def test_a_search_begins_with_the_route_where_the_best_path_is_of_no_use() -> No
             assert paths[-1] is begun and search.regions[0] is not None
 
 
-def test_a_further_search_begins_anew_with_another_region() -> None:
-    """Its region is of another size; there is none once limits are kept."""
-    stuck = Passes([0.04] * MANY)
-    keep_limits(stuck, 2)
-    assert stuck.solved > 1 + PATIENCE
+def test_a_further_search_begins_again_within_a_region_of_another_size() -> None:
+    """From the same path, and held near it at once; there is none once limits are kept."""
+    search = Passes([0.04] * MANY)
+    start = search.control
+    keep_limits(search, 3)
+    radii = [radius for radius, path in search.regions if path is start]
+    assert len(radii) == 3 and radii[0] is None
+    for radius, share in zip(radii[1:], RADII[1:], strict=True):
+        assert radius is not None
+        np.testing.assert_allclose(radius, share)
     once = Passes([0.04] * MANY)
     keep_limits(once)
-    assert once.solved == 1 + PATIENCE
+    assert once.solved == PATIENCE < search.solved
     kept = Passes([0.04] + [0.0] * MANY)
     keep_limits(kept, 3)
     assert kept.solved == 1
@@ -238,18 +263,30 @@ class Failing(Passes):
 
     def solve(self, *, broken: float, radius: FloatArray | None = None) -> FloatArray:
         """See there."""
-        if self.solved + 1 == self.fails:
+        if self.solved + 1 >= self.fails:
             raise PlanningError("not solved")
         return super().solve(broken=broken, radius=radius)
 
 
-def test_a_program_that_is_not_solved_leaves_the_best_path() -> None:
-    """But if it is the first there is no path."""
+@pytest.mark.parametrize("searches", [1, 3])
+def test_a_program_that_is_not_solved_leaves_the_best_path(searches: int) -> None:
+    """Also where no further search gets anywhere; but if it is the very first there is no path."""
     search = Failing(3, [0.5, 0.3, 0.2, 0.1])
-    keep_limits(search)
+    keep_limits(search, searches)
     assert search.kept == 2
     with pytest.raises(PlanningError):
-        keep_limits(Failing(1, [0.5]))
+        keep_limits(Failing(1, [0.5]), searches)
+
+
+def test_paths_along_which_the_robot_falls_over_are_left_soon() -> None:
+    """A program that believes in no margin either, several times in turn."""
+    shorts, none = [0.9**k for k in range(MANY)], [-0.03] * MANY
+    fallen = Passes(shorts, none, none, kept_from=0)
+    keep_limits(fallen)
+    assert fallen.solved == MOST_TIPPING < MOST_PASSES
+    hoped = Passes(shorts, none, [0.03] * MANY, kept_from=0)
+    keep_limits(hoped)
+    assert hoped.solved == MOST_PASSES
 
 
 def test_a_search_from_a_known_path_tells_whether_it_kept_limits() -> None:

@@ -8,11 +8,12 @@ import pytest
 from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.common import FloatArray
-from drake_quad.planning import plan_body as module
+from drake_quad.planning import plan_body as module, task as task_module
 from drake_quad.planning.body_path import BodyPathOptimizer
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.leg_limits import reach_left
+from drake_quad.planning.mission import plan_tasks
 from drake_quad.planning.motion_plan import MotionPlan, pose_robot
 from drake_quad.planning.plan_body import plan_body
 from drake_quad.planning.problem import PlanSettings, Task
@@ -32,9 +33,9 @@ def _laid(settings: PlanSettings) -> tuple[ContactPlan, BodyReference]:
 
 
 def _planned(
-    robot: RobotModel, settings: PlanSettings, like: MotionPlan | None = None
+    robot: RobotModel, settings: PlanSettings, warm_start: MotionPlan | None = None
 ) -> MotionPlan:
-    path, contacts, margin = plan_body(robot, *_laid(settings), settings, like=like)
+    path, contacts, margin = plan_body(robot, *_laid(settings), settings, warm_start=warm_start)
     return MotionPlan(0, contacts, path, (), margin)
 
 
@@ -108,3 +109,87 @@ def test_where_another_plans_path_leads_nowhere_one_is_found_anew(
     anew = _planned(stiff, quick)
     monkeypatch.setattr(module, "keep_limits_from", lambda _: False)
     assert np.array_equal(_planned(stiff, quick, other).body.control, anew.body.control)
+
+
+def test_no_control_point_leaves_the_trust_region(stiff: RobotModel) -> None:
+    """Whether the path before lifts and tilts or not; but for the ends, which are given."""
+    contacts, route = _laid(SETTINGS)
+    search = BodyPathOptimizer(stiff, contacts, route, SETTINGS, None, np.zeros((4, 2)))
+    search.follow(search.solve(broken=1e-6))
+    assert search.find_limits() > 0.0
+    radius = np.linspace(0.001, 0.006, len(search.control))
+    for _ in range(3):
+        before = np.zeros((len(radius), 4))
+        before[:, : search.control.shape[1]] = search.control
+        free = search.solve(broken=1e-6)
+        path = search.solve(broken=1e-6, radius=radius)
+        moved = np.abs(path - before)[3:-3].max(axis=1)
+        assert np.all(moved <= radius[3:-3] + 1e-6)
+        assert np.abs(free - before)[3:-3].max() > 0.006  # it would go farther
+        search.follow(path)
+        search.find_limits()
+
+
+def test_limits_of_a_path_are_told_near_where_they_are(stiff: RobotModel) -> None:
+    """Of each control point that has to do with the path there, four of them at least."""
+    contacts, route = _laid(SETTINGS)
+    search = BodyPathOptimizer(stiff, contacts, route, SETTINGS, None, np.zeros((4, 2)))
+    search.follow(search.solve(broken=1e-6))
+    search.find_limits()
+    times, knot = search._times, search._knot
+    body = search.spline.samples(times)[:, 0]
+    feet, _ = search.contacts.feet_at(times)
+    short = 10.0 * np.maximum(-reach_left(stiff, body, feet).min(axis=(1, 2)), 0.0)
+    k = int(np.argmax(short))
+    first = min(int(times[k] / knot), len(search.control) - 4)
+    np.testing.assert_allclose(search.beyond[first : first + 4].max(), short[k])
+    assert np.all(search.beyond[first : first + 4] >= short[k] - 1e-9)
+    assert search.beyond.max() == pytest.approx(short.max())
+    assert (search.beyond == 0.0).any()
+
+
+def test_each_task_of_a_mission_has_the_warm_start_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And leaves its plan for the next time."""
+    course = stairs_course()
+    stance, tasks = stance_at(course, SETTINGS), [TASK, replace(TASK, name="on", goal=6.75)]
+    given: list[MotionPlan | None] = []
+
+    def spy(*args: Any, warm_start: MotionPlan | None = None, **more: Any) -> Any:
+        given.append(warm_start)
+        return plan_body(*args, warm_start=warm_start, **more)
+
+    monkeypatch.setattr(task_module, "plan_body", spy)
+    known: dict[int, MotionPlan] = {}
+    first = list(plan_tasks(paper_robot(), course, SETTINGS, tasks, stance, known))
+    assert given[0] is None and known == dict(enumerate(first))
+    given.clear()
+    list(plan_tasks(paper_robot(), course, SETTINGS, tasks, stance, known))
+    assert given[0] is first[0] and any(plan is first[1] for plan in given)
+
+
+def test_a_path_that_is_followed_from_another_plan_is_held_within_limits(stiff: RobotModel) -> None:
+    """It may keep them all as it is: the next path would not, if it knew of none."""
+    plan = _planned(stiff, SETTINGS)
+    search = BodyPathOptimizer(stiff, *_laid(SETTINGS), SETTINGS, None, np.zeros((4, 2)))
+    assert search.follow_plan(plan)
+    assert search.find_limits() == 0.0 and search._limits is not None
+    np.testing.assert_allclose(search.spline.control[3:-3], plan.body.control[3:-3], atol=1e-6)
+
+
+def test_a_walk_from_other_footprints_begins_with_its_first_path(
+    stiff: RobotModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Feet that roll farther than was thought are set down elsewhere, by some millimetres."""
+    plan, begun = _planned(stiff, SETTINGS), []
+    gaps = iter([(0.0, 0.02), (1.0, 0.0)])
+
+    def finish(*_: object, warm_start: MotionPlan | None) -> MotionPlan:
+        begun.append(warm_start)
+        return plan
+
+    monkeypatch.setattr(task_module, "riser_gap", lambda *_: next(gaps))
+    lane = stairs_course().lanes[0]
+    task_module._off_risers(lane, 0.03, SETTINGS, lambda _: _laid(SETTINGS), finish, None)  # type: ignore[arg-type,return-value]
+    assert begun == [None, plan]
