@@ -119,6 +119,8 @@ def test_ctrl_c_while_the_command_loads_ends_it_quietly() -> None:
     """By the signal itself, status 130 to shells; a compiled module would make a fault of it."""
     script = (
         "import os, signal, sys\n"
+        # A job in a shell's background is born deaf to it.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "class Interrupting:\n"
         "    def find_spec(self, name, *_):\n"
         "        if name == 'drake_quad.cli.main':\n"
