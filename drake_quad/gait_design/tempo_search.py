@@ -227,7 +227,7 @@ class TempoSearch:
         at = None if enough is None else self._at_speed(enough)
         for _ in range(TRIES):
             found = at or self._seek(first, faster_than)
-            at = None
+            asked, at = at is not None, None
             if found is None or (found.walks is None and found.from_scratch):
                 return found
             # The same times with all that was left out, and as anyone plans them.
@@ -235,7 +235,7 @@ class TempoSearch:
             whole = self._planner.plan_from_scratch(found.tempo)
             self._keep(whole)
             if whole is not None and self._planner.spare(whole) >= 0.0:
-                return whole if whole.speed > faster_than else None
+                return whole if asked or whole.speed > faster_than else None
             self._learn(found, whole)
         return None
 

@@ -173,6 +173,24 @@ def test_a_stopped_search_plans_its_best_again_as_it_was(monkeypatch: pytest.Mon
     assert search.verified_best(0.1) is found and len(asked) == 2
 
 
+def test_a_speed_that_is_asked_for_may_be_less_than_that_of_the_slow_gait(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A gait that is to be balanced by its motion need not be the quicker one."""
+    slow = designed()
+    gait = GaitChoice(slow.scenario, slow.design, planned=True)
+    search = TempoSearch(gait, slow, paper_robot(), RequiredMargins(0.025, 0.0), "check")
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 0.02))
+    monkeypatch.setattr(search._planner, "spare", lambda _: 0.01)
+    begun = replace(_trial({1: 0.05}, 0.5, None), from_scratch=False)
+    whole = _trial({1: 0.05}, 0.5, None)
+    monkeypatch.setattr(search, "_at_speed", lambda _: begun)
+    monkeypatch.setattr(search._planner, "plan_from_scratch", lambda _: whole)
+    assert search._quickest_here(0.02, 0.05, 0.5) is whole
+    monkeypatch.setattr(search, "_seek", lambda *_: begun)
+    assert search._quickest_here(None, 0.05, 0.5) is None
+
+
 def test_trials_of_all_tasks_stay_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a speed is asked for: what was learned from one that had a warm start is no reason."""
     slow = designed()
