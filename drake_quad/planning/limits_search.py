@@ -42,6 +42,7 @@ FAR, LINEAR = 0.4, 0.016
 NEARER = 0.5  # of how short that is: the route has to be that near to be begun with
 ASTRAY = 2.0  # times as far beyond limits as before: a step without a trust region is not taken
 REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
+SHORT_PRICE = 7.5  # metres of margin for one beyond limits, much as in the program
 SETTLED = 1e-3  # [m] of margin that one more pass gains, and another is not worth its time
 
 
@@ -104,15 +105,24 @@ def keep_limits(search: LimitsSearch, searches: int = 1) -> None:
         return
     start = _Best(first)
     start.take(0, first, short, search.margin(), 1.0)
-    best = _search(search, RADII[0], 1.0, start, free=True)
+    near = float(search.beyond.max()) <= FAR * search.leg
+    route = _begin_with_nearer(search)
+    best = _search(search, RADII[0], 1.0, replace(start), free=near)
+    if route and best.fails:  # from the other side of what cannot be kept a path may have a margin
+        search.follow(first)
+        search.find_limits()
+        with suppress(PlanningError):
+            found = _search(search, RADII[0], 1.0, replace(start), free=True)
+            best = min(best, found, key=lambda b: b.rank)
     for radius in RADII[1:searches]:
         if best.short == 0.0:
             break
         search.follow(first)
         search.find_limits()
+        _begin_with_nearer(search)
         with suppress(PlanningError):  # one path is known already
             found = _search(search, radius, LONGER, replace(start), free=False)
-            best = min(best, found, key=lambda b: (b.short, -b.margin))
+            best = min(best, found, key=lambda b: b.rank)
     if best.path is not search.control:
         search.follow(best.path)
 
@@ -193,9 +203,19 @@ class _Best:
             nearer = short == 0.0 and margin >= self.margin_then + SETTLED
         if nearer:
             self.at, self.margin_then = k, margin
-        if (short, -margin) < (self.short, -self.margin):
+        if _rank(short, margin) < self.rank:
             self.path, self.short, self.margin = path, short, margin
         return nearer
+
+    @property
+    def fails(self) -> bool:
+        """Whether it is beyond limits, and has no margin either."""
+        return self.short > 0.0 and self.margin <= 0.0
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """The less the better."""
+        return _rank(self.short, self.margin)
 
 
 def _search(
@@ -214,8 +234,7 @@ def _search(
         radius: Of the trust region, as a share of a leg.
         longer: Times as many passes as are usual.
         best: The best path so far.
-        free: Whether a step may lead anywhere until one leads astray, if the path is near its
-            limits.
+        free: Whether a step may lead anywhere until one leads astray.
 
     Returns:
         The best path.
@@ -225,9 +244,6 @@ def _search(
     """
     most, patience = round(longer * MOST_PASSES), round(longer * PATIENCE)
     leg = search.leg
-    if float(search.beyond.max()) > FAR * leg:
-        free = False
-        _begin_with_nearer(search)
     region = TrustRegion(
         np.full(len(search.control), radius * leg), radius * leg, LEAST_RADIUS * leg
     )
@@ -265,14 +281,30 @@ def _search(
     return best
 
 
-def _begin_with_nearer(search: LimitsSearch) -> None:
-    """Takes the route in place of the path, if it is much nearer to limits."""
+def _begin_with_nearer(search: LimitsSearch) -> bool:
+    """Takes the route in place of a path far beyond limits, if it is much nearer; returns that."""
     path, before = search.control, float(search.beyond.max())
+    if before <= FAR * search.leg:
+        return False
     search.follow(search.route)
     search.find_limits()
-    if float(search.beyond.max()) > NEARER * before:
-        search.follow(path)
-        search.find_limits()
+    if float(search.beyond.max()) <= NEARER * before:
+        return True
+    search.follow(path)
+    search.find_limits()
+    return False
+
+
+def _rank(short: float, margin: float) -> tuple[bool, float]:
+    """How good a path is, the less the better: within limits or not, then what the program pays.
+
+    Of two paths that are a little beyond limits, the one that is so by less may have no margin.
+
+    Args:
+        short: How far it is beyond limits [m].
+        margin: Its margin [m].
+    """
+    return not (short == 0.0 and margin > 0.0), SHORT_PRICE * short - margin
 
 
 def _step(start: FloatArray, path: FloatArray) -> FloatArray:

@@ -236,6 +236,38 @@ def test_a_search_begins_with_the_route_where_the_best_path_is_of_no_use() -> No
             assert paths[-1] is begun and search.regions[0] is not None
 
 
+class TwoSided(Passes):
+    """A search that finds no margin from the route, and one from the path of most margin."""
+
+    def __init__(self) -> None:
+        super().__init__([0.5] + [2e-3] * MANY)
+        self.first = self.control
+
+    @property
+    def beyond(self) -> FloatArray:
+        """So much that the route is begun with."""
+        far = 2.0 * FAR if self.control is self.first else 0.0
+        return np.full(COUNT, far)
+
+    def margin(self) -> float:
+        """None of the paths after the route."""
+        return 0.02 if self.solved > 2 + PATIENCE else -0.02
+
+
+def test_where_no_path_from_the_route_has_a_margin_one_from_the_other_side_may() -> None:
+    """Of paths a little beyond limits that cannot be kept, one with a margin is taken."""
+    search = TwoSided()
+    keep_limits(search)
+    assert search.kept > 2 + PATIENCE
+    # Less beyond limits is not better without a margin, nor is a margin if limits are far.
+    little = Passes([0.5, 2.0e-3, 1.9e-3] + [0.5] * MANY, [-1.0, 0.03, -0.03] + [-1.0] * MANY)
+    keep_limits(little)
+    assert little.kept == 1
+    much = Passes([0.5, 0.1, 1.9e-3] + [0.5] * MANY, [-1.0, 0.03, -0.03] + [-1.0] * MANY)
+    keep_limits(much)
+    assert much.kept == 2
+
+
 def test_a_further_search_begins_again_within_a_region_of_another_size() -> None:
     """From the same path, and held near it at once; there is none once limits are kept."""
     search = Passes([0.04] * MANY)
