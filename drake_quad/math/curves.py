@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from drake_quad.common import FloatArray, read_only
 from drake_quad.jit import jit
@@ -180,3 +181,10 @@ def sample_body(control: FloatArray, knot: float, t: float) -> FloatArray:
         motion[1, j] = h * (b + u * (2.0 * c + 3.0 * d * u))
         motion[2, j] = h * h * (2.0 * c + 6.0 * d * u)
     return motion
+
+
+def most_beside(values: FloatArray, beside: int) -> FloatArray:
+    """The greatest of each value and so many to either side of it, (N,)."""
+    # Numpy's, for to import scipy.ndimage takes each command a quarter of a second.
+    padded = np.pad(values, beside, constant_values=-np.inf)
+    return np.asarray(sliding_window_view(padded, 2 * beside + 1).max(axis=-1))

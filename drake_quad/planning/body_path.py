@@ -8,10 +8,9 @@ far, and again along the next.
 from dataclasses import replace
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from drake_quad.common import FloatArray
-from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing
+from drake_quad.math.curves import BodySpline, greville, join_weights, knot_spacing, most_beside
 from drake_quad.planning.body_problem import FAR, BodyProblem, make_basis
 from drake_quad.planning.body_qp import (
     BodyFrame,
@@ -316,8 +315,8 @@ class BodyPathOptimizer:
             nominal, yaw = self._route.at(times)
             heading = far * np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
             near = np.array([self._pitch(nominal + k * heading) for k in (-1, 0, 1)])
-            low = -_most_beside(-near.min(axis=0), beside)
-            high = _most_beside(near.max(axis=0), beside)
+            low = -most_beside(-near.min(axis=0), beside)
+            high = most_beside(near.max(axis=0), beside)
 
         def most(room: FloatArray, least_room: float) -> FloatArray:
             """The tilt that some room allows, and the room where the path is steepest."""
@@ -362,13 +361,6 @@ class BodyPathOptimizer:
                 left = join_weights(duration, knot, joined)
                 poses += left[:, None] * off
         return poses
-
-
-def _most_beside(values: FloatArray, beside: int) -> FloatArray:
-    """The greatest of each value and so many to either side of it, (N,)."""
-    # Numpy's, for to import scipy.ndimage takes each command a quarter of a second.
-    padded = np.pad(values, beside, constant_values=-np.inf)
-    return np.asarray(sliding_window_view(padded, 2 * beside + 1).max(axis=-1))
 
 
 def _tempo(contacts: ContactPlan) -> float:

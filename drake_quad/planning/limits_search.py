@@ -18,10 +18,10 @@ from math import inf
 from typing import Protocol
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from drake_quad.common import BoolArray, FloatArray
 from drake_quad.errors import PlanningError
+from drake_quad.math.curves import most_beside
 from drake_quad.planning.body_qp import BROKEN
 
 MOST_PASSES = 16
@@ -158,8 +158,8 @@ class TrustRegion:
             step: How far each control point has moved (n,) [m].
             worse: Near which of them the path is further beyond limits than it was (n,).
         """
-        near = _near(step)
-        worse = _near(worse.astype(np.float64)) > 0.0
+        near = most_beside(step, BESIDE)
+        worse = most_beside(worse.astype(np.float64), BESIDE) > 0.0
         smaller = np.maximum(SHRINKS * np.minimum(self.radius, near), self.least)
         larger = np.where(self.holds(step), np.minimum(GROWS * self.radius, self.most), self.radius)
         self.radius = np.where(worse, smaller, larger)
@@ -312,9 +312,3 @@ def _step(start: FloatArray, path: FloatArray) -> FloatArray:
     step = np.array(path)
     step[:, : start.shape[1]] -= start
     return np.asarray(np.abs(step).max(axis=1))
-
-
-def _near(values: FloatArray) -> FloatArray:
-    """The greatest of each value and BESIDE to either side of it (n,)."""
-    padded = np.pad(values, BESIDE, constant_values=-np.inf)
-    return np.asarray(sliding_window_view(padded, 2 * BESIDE + 1).max(axis=-1))
