@@ -1,4 +1,4 @@
-"""Signed distances of points and lines from boxes, rods and each other."""
+"""Signed distances of points, lines and paths from boxes, cylinders and each other."""
 
 from math import sqrt
 
@@ -127,71 +127,96 @@ def points_to_boxes(points: FloatArray, boxes: FloatArray, cutoff: float) -> Flo
     return found
 
 
-PLACES = 5  # of a line, evenly, that are looked at beside a rod
+PLACES = 5  # of a line, evenly, that are looked at beside a cylinder
 
 
 @jit
-def lines_to_rods(
-    points: FloatArray, rods: FloatArray, radii: FloatArray, cutoff: float
-) -> FloatArray:
-    """Least distances of the lines that join points (M, K, 3) from solid cylinders [m].
-
-    A line is looked at in PLACES of it.
-
-    Args:
-        points: The points of each row [m].
-        rods: Ends of the cylinders' axes (R, 2, 3) [m].
-        radii: Their radii (R,) [m].
-        cutoff: Distances are exact below it; larger ones are at least that [m].
-
-    Returns:
-        (M,), negative inside.
-    """
-    found = np.full(points.shape[0], np.inf)
-    low, high = np.empty(3), np.empty(3)
-    for i in range(points.shape[0]):
-        find_bounds(points[i], low, high)
-        c0, c1, c2 = 0.5 * (low + high)
-        around = 0.5 * sqrt(np.sum((high - low) ** 2))
-        for r in range(rods.shape[0]):
-            a0, a1, a2 = rods[r, 1] - rods[r, 0]
-            length = sqrt(a0 * a0 + a1 * a1 + a2 * a2)
-            a0, a1, a2, half = a0 / length, a1 / length, a2 / length, 0.5 * length
-            m0, m1, m2 = 0.5 * (rods[r, 0] + rods[r, 1])
-            whole = _to_rod(c0 - m0, c1 - m1, c2 - m2, a0, a1, a2, half, radii[r]) - around
-            if whole >= cutoff:
-                found[i] = min(found[i], whole)
-                continue
-            for j in range(points.shape[1] - 1):
-                p, q = points[i, j], points[i, j + 1]
-                w0, w1, w2 = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-                x, y, z = p[0] - m0, p[1] - m1, p[2] - m2
-                for k in range(PLACES):
-                    s = k / (PLACES - 1.0)
-                    here = _to_rod(x + s * w0, y + s * w1, z + s * w2, a0, a1, a2, half, radii[r])
-                    found[i] = min(found[i], here)
-    return found
-
-
-@jit
-def _to_rod(
-    x: float, y: float, z: float, a0: float, a1: float, a2: float, half: float, radius: float
+def box_distance_of_path(
+    path: FloatArray, lengths: FloatArray, lower: FloatArray, upper: FloatArray, bound: float
 ) -> float:
-    """Distance of a point from a solid cylinder about its middle, negative inside [m].
+    """Distance of a path from a box, inside negative, or a bound if that is less [m].
 
     Args:
-        x: The point's place from the middle, along x [m].
+        path: Points that lines join (K, 3) [m].
+        lengths: The lines' lengths (K - 1,) [m].
+        lower: Least coordinates of the box (3,) [m].
+        upper: Greatest ones (3,) [m].
+        bound: The bound [m].
+    """
+    k = 0
+    while k < len(lengths):
+        here = point_to_box(path[k], lower, upper)
+        after = _skip(lengths, k, here - bound)
+        if after == k:
+            there = point_to_box(path[k + 1], lower, upper)
+            bound = min(
+                bound, line_with_ends(path[k], path[k + 1], here, there, lower, upper, bound)
+            )
+            after += 1
+        k = after
+    return bound
+
+
+@jit
+def rod_distance_of_path(
+    path: FloatArray, lengths: FloatArray, rod: FloatArray, bound: float
+) -> float:
+    """Distance of a path from a solid cylinder, or a bound if that is less [m].
+
+    Each of the path's lines is looked at in PLACES of it.
+
+    Args:
+        path: Points that lines join (K, 3) [m].
+        lengths: The lines' lengths (K - 1,) [m].
+        rod: The cylinder, see `point_to_rod` (8,).
+        bound: The bound [m].
+    """
+    k = 0
+    while k < len(lengths):
+        p, q = path[k], path[k + 1]
+        here = point_to_rod(p[0], p[1], p[2], rod)
+        after = _skip(lengths, k, here - bound)
+        if after == k:
+            for place in range(PLACES):
+                s = place / (PLACES - 1.0)
+                x, y, z = (
+                    p[0] + s * (q[0] - p[0]),
+                    p[1] + s * (q[1] - p[1]),
+                    p[2] + s * (q[2] - p[2]),
+                )
+                bound = min(bound, point_to_rod(x, y, z, rod))
+            after += 1
+        k = after
+    return bound
+
+
+@jit
+def _skip(lengths: FloatArray, k: int, spare: float) -> int:
+    """The last point of a path to which it is no more than `spare` [m] from its point k.
+
+    No distance changes by more than the way along the path: if that of the point k is a bound and
+    the spare, nothing before the point found is nearer than the bound.
+    """
+    while k < len(lengths) and spare >= lengths[k]:
+        spare -= lengths[k]
+        k += 1
+    return k
+
+
+@jit
+def point_to_rod(x: float, y: float, z: float, rod: FloatArray) -> float:
+    """Distance of a point from a solid cylinder, negative inside [m].
+
+    Args:
+        x: The point's place along x [m].
         y: The same along y [m].
         z: The same along z [m].
-        a0: The axis's direction, along x.
-        a1: The same along y.
-        a2: The same along z.
-        half: Half the cylinder's length [m].
-        radius: Its radius [m].
+        rod: Middle, a unit vector along the axis, half the length, and the radius (8,) [m].
     """
-    along = x * a0 + y * a1 + z * a2
-    c0, c1, c2 = x - along * a0, y - along * a1, z - along * a2
-    beyond, beside = abs(along) - half, sqrt(c0 * c0 + c1 * c1 + c2 * c2) - radius
+    x, y, z = x - rod[0], y - rod[1], z - rod[2]
+    along = x * rod[3] + y * rod[4] + z * rod[5]
+    c0, c1, c2 = x - along * rod[3], y - along * rod[4], z - along * rod[5]
+    beyond, beside = abs(along) - rod[6], sqrt(c0 * c0 + c1 * c1 + c2 * c2) - rod[7]
     if beyond <= 0.0 or beside <= 0.0:
         return max(beyond, beside)
     return sqrt(beyond * beyond + beside * beside)

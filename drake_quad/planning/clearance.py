@@ -9,11 +9,12 @@ import numpy as np
 from drake_quad.common import FloatArray
 from drake_quad.errors import PlanningError
 from drake_quad.jit import jit
-from drake_quad.math.distance import PAIRS, distance_between_legs, lines_to_rods, points_to_boxes
+from drake_quad.math.distance import PAIRS, distance_between_legs, points_to_boxes
 from drake_quad.math.ground_distance import profile_distance
 from drake_quad.math.rotations import rotations
 from drake_quad.planning.motion_plan import PlanSamples, calc_feet_in_body
 from drake_quad.planning.problem import Task
+from drake_quad.planning.thigh_trunk import CUTOFF, thigh_trunk_clearance, thighs_in_body
 from drake_quad.robot.kinematics import calc_knees
 from drake_quad.robot.legs import LEGS
 from drake_quad.robot.model import CLEARANCE_WEIGHTS, SHANK_POINTS, LinkOutline, RobotModel
@@ -138,9 +139,6 @@ def knee_axes(q: FloatArray) -> FloatArray:
     return np.stack([np.zeros_like(a), np.cos(a), np.sin(a)], axis=-1)
 
 
-CUTOFF = 0.02  # [m]; larger clearances are reported as this
-
-
 def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArray) -> FloatArray:
     """Between thighs and a lane's ground, negative inside (N, 4) [m].
 
@@ -151,51 +149,10 @@ def thigh_clearance(robot: RobotModel, lane: Lane, body: FloatArray, q: FloatArr
         q: (N, 4, 3) the joints' angles there [rad].
     """
     p_W = body[:, None, None, None, :3] + np.einsum(
-        "nij,nlkmj->nlkmi", rotations(body), _thighs_in_body(robot, q, robot.thigh_points)
+        "nij,nlkmj->nlkmi", rotations(body), thighs_in_body(robot, q, robot.thigh_points)
     )
     nearest = from_course(lane, p_W).min(axis=-1)
     return np.asarray((nearest - robot.thigh_radii).min(axis=-1))
-
-
-def thigh_trunk_clearance(robot: RobotModel, q: FloatArray) -> FloatArray:
-    """Between thighs and the trunk, at most CUTOFF, negative inside [m].
-
-    Of the shapes of `ThighStops`: CUTOFF of a thigh that passes through the trunk in physics, as
-    its file's shapes want it.
-
-    Args:
-        robot: The robot.
-        q: (N, 4, 3) the joints' angles [rad].
-
-    Returns:
-        (N, 4) [m].
-    """
-    stops = robot.thigh_stops
-    if stops.empty:
-        return np.full(q.shape[:2], CUTOFF)
-    points = _thighs_in_body(robot, q, stops.paths)
-    rows = np.ascontiguousarray(points.reshape(-1, *points.shape[-2:]))
-    far = CUTOFF + max(float(stops.radii.max()), 0.0)
-    nearest = points_to_boxes(rows, stops.boxes, far).min(axis=-1).reshape(points.shape[:3])
-    rods = lines_to_rods(rows, stops.rods, stops.rod_radii, far).reshape(points.shape[:3])
-    nearest = np.minimum(nearest, rods) - stops.radii
-    return np.asarray(np.minimum(nearest, CUTOFF).min(axis=-1))
-
-
-def _thighs_in_body(robot: RobotModel, q: FloatArray, points: FloatArray) -> FloatArray:
-    """Points of the thighs (4, S, K, 3) in B, (N, 4, S, K, 3) [m], at angles (N, 4, 3) [rad]."""
-    g = robot.geometry
-    a, h = q[..., 0, None, None], q[..., 1, None, None]
-    cos_a, sin_a, cos_h, sin_h = np.cos(a), np.sin(a), np.cos(h), np.sin(h)
-    x, y, z = (points[None, ..., k] for k in range(3))
-    down = cos_h * z - sin_h * x + g.raised[:, None, None]
-    across = g.offset[:, None, None] + y
-    p_BT = np.empty((*down.shape, 3))
-    p_BT[..., 0] = cos_h * x + sin_h * z
-    p_BT[..., 1] = cos_a * across - sin_a * down
-    p_BT[..., 2] = sin_a * across + cos_a * down
-    p_BT += g.p_BH[:, None, None]
-    return p_BT
 
 
 def leg_clearance(robot: RobotModel, p_BF: FloatArray, q: FloatArray) -> FloatArray:

@@ -12,13 +12,12 @@ import numpy as np
 
 from drake_quad.common import BoolArray, FloatArray, IntArray
 from drake_quad.planning.clearance import (
-    CUTOFF,
     WEIGHTS,
     shank_clearance,
-    thigh_trunk_clearance,
     trunk_clearance,
 )
 from drake_quad.planning.motion_plan import calc_feet_in_body
+from drake_quad.planning.thigh_trunk import CUTOFF, thigh_trunk_clearance
 from drake_quad.robot.kinematics import leg_array, pose_legs, solve_legs
 from drake_quad.robot.model import RobotModel
 from drake_quad.terrain.lane import Lane

@@ -121,7 +121,8 @@ def _kernels() -> dict[str, dict[str, Signature]]:
             "planning.clearance._middles": (_RM, _T, _T, _T),
             "math.ground_distance.profile_distance": (_T, _V, _V, _V, _V, _V, _V),
             "math.distance.points_to_boxes": (_T, _RT, _F),
-            "math.distance.lines_to_rods": (_T, _RT, _RV, _F),
+            "planning.thigh_trunk._clearance": (_T, _M, _Q, _T, _T, _M, _T, _M),
+            "planning.thigh_trunk._turn_all": (_T, _M, _Q),
             "math.distance.distance_between_legs": (_Q, _RM, _F),
         },
         "design": {

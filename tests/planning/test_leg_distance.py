@@ -9,9 +9,10 @@ from rig import paper_robot
 
 from drake_quad.errors import PlanningError
 from drake_quad.math.distance import PAIRS, line_to_line
-from drake_quad.planning.clearance import CUTOFF, check_self_collision, leg_clearance
+from drake_quad.planning.clearance import check_self_collision, leg_clearance
 from drake_quad.planning.motion_plan import PlanSamples, pose_robot
 from drake_quad.planning.problem import Task
+from drake_quad.planning.thigh_trunk import CUTOFF
 from drake_quad.robot.kinematics import calc_feet
 
 seeds = st.integers(0, 2**32 - 1)

@@ -9,7 +9,7 @@ from rig import paper_robot, stairs_course, stance_at
 
 from drake_quad.common import FloatArray
 from drake_quad.math.curves import BodySpline
-from drake_quad.math.distance import PLACES, lines_to_rods, points_to_boxes
+from drake_quad.math.distance import points_to_boxes
 from drake_quad.planning import body_path as body_search, leg_limits
 from drake_quad.planning.body_path import (
     LEAST_TILT,
@@ -402,28 +402,6 @@ def test_shanks_are_looked_at_between_a_paths_samples(monkeypatch: pytest.Monkey
     assert found is not None
     asked = np.abs(times[found.sample] - every)
     np.testing.assert_allclose(asked, np.abs(times[:, None] - every).min(axis=0), atol=1e-9)
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_lines_are_as_far_from_a_rod_as_their_nearest_place(seed: int) -> None:
-    """Of solid cylinders; what is farther off than is asked for is told to be at least that."""
-    rng = np.random.default_rng(seed)
-    rods, radii = rng.uniform(-0.4, 0.4, (2, 2, 3)), rng.uniform(0.02, 0.2, 2)
-    points, enough = rng.uniform(-0.5, 0.5, (5, 4, 3)), rng.uniform(0.0, 0.4)
-    places = np.linspace(0.0, 1.0, PLACES)[:, None]
-    ways = np.diff(points, axis=1)[:, :, None]
-    p = (points[:, :-1, None] + places * ways)[..., None, :]
-    middle, axis = rods.mean(axis=1), rods[:, 1] - rods[:, 0]
-    half = 0.5 * np.linalg.norm(axis, axis=1)
-    axis = axis / (2.0 * half[:, None])
-    along = np.einsum("...ri,ri->...r", p - middle, axis)
-    beside = np.linalg.norm(np.cross(p - middle, axis), axis=-1) - radii
-    beyond = np.abs(along) - half
-    outside = np.hypot(np.maximum(beyond, 0.0), np.maximum(beside, 0.0))
-    expected = (outside + np.minimum(np.maximum(beyond, beside), 0.0)).min(axis=(1, 2, 3))
-    told = lines_to_rods(points, rods, radii, enough)
-    np.testing.assert_allclose(told[expected < enough], expected[expected < enough], atol=1e-9)
-    assert np.all(told[expected >= enough] >= enough - 1e-9)
 
 
 def test_the_limits_know_thighs_that_come_into_the_trunk() -> None:

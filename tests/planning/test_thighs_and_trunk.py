@@ -10,9 +10,11 @@ from pydrake.systems.framework import DiagramBuilder
 from rig import flat_walk, paper_robot
 
 from drake_quad.errors import PlanningError
-from drake_quad.planning.clearance import CUTOFF, check_self_collision, thigh_trunk_clearance
+from drake_quad.math.distance import box_distance_of_path, rod_distance_of_path
+from drake_quad.planning.clearance import check_self_collision
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.planning.problem import Task
+from drake_quad.planning.thigh_trunk import CUTOFF, thigh_trunk_clearance, thighs_in_body
 from drake_quad.robot.loader import AddRobot, load_robot
 from drake_quad.robot.model import RobotModel
 
@@ -59,6 +61,32 @@ def test_a_thigh_is_in_the_trunk_where_drake_has_it_there(name: str) -> None:
     assert (told == CUTOFF).any() and (told <= 0.0).any() == (true > 0.0).any()
     assert np.all(told[true > 5e-3] < 0.0)  # no overlap is passed over
     assert np.all(true[told < 0.0] > 0.0)  # none is made up
+
+
+@pytest.mark.parametrize("name", ["anymal_c", "go1"])
+def test_no_shape_that_is_near_is_left_out(name: str) -> None:
+    """The clearance is that of all pairs of shapes, each looked at whole."""
+    pytest.importorskip("example_robot_data")
+    robot = load_robot(name)
+    stops = robot.thigh_stops
+    q = np.random.default_rng(5).uniform(robot.q_lower, robot.q_upper, (60, 12)).reshape(-1, 4, 3)
+    paths = thighs_in_body(robot, q, stops.paths)
+    expected = np.full((len(q), 4), CUTOFF)
+    for n, leg, shape in np.ndindex(paths.shape[:3]):
+        path, thick = paths[n, leg, shape], stops.radii[leg, shape]
+        lengths = np.linalg.norm(np.diff(path, axis=0), axis=-1)
+        away = [
+            box_distance_of_path(path, lengths, box[0], box[1], 10.0)
+            for box in np.array(stops.boxes)
+        ]
+        for ends, radius in zip(stops.rods, stops.rod_radii, strict=True):
+            along = ends[1] - ends[0]
+            length = np.linalg.norm(along)
+            rod = np.array([*ends.mean(axis=0), *(along / length), 0.5 * length, radius])
+            away.append(rod_distance_of_path(path, lengths, rod, 10.0))
+        expected[n, leg] = min(expected[n, leg], min(away) - thick)
+    assert 0.05 < np.mean(expected < CUTOFF) < 0.95
+    np.testing.assert_allclose(thigh_trunk_clearance(robot, q), expected, atol=1e-12)
 
 
 def test_thighs_that_pass_through_the_trunk_in_physics_are_let_be() -> None:
