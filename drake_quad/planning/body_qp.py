@@ -9,7 +9,8 @@ through p) of the support polygon,
     n · (c(t) - h/g c̈(t) - p) >= m_z
 
 with m <= the margin desired; `body_sides.py` says which sides, and where m is eased. The cost
-is the acceleration, a little of the distance from the nominal path, and -m. While two feet stand it
+is the acceleration, a little of the distance from the nominal path, and -m; what adds up over a
+way of many steps counts for less, as m does not (LONG). While two feet stand it
 is also the squared distance of the zero-moment point from their line, at a price that leaves hardly
 any: hard rows there may have no solution, for a spline does not follow all that swings do. The
 legs' own part of the centre of mass comes in as a given offset from the body and is corrected by
@@ -82,6 +83,9 @@ OFF_LINE = 1e4  # the same of the zero-moment point's distance from the line of 
 # shanks too near to the stairs, where they are nearest. The last two are hard if they can be kept.
 PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
 PHASE_PRICE = 150.0  # of shanks too near in each phase: less than margin costs, see MARGIN
+# Steps from which on what the path costs over its time counts as that of so many: a margin is the
+# least of all times, and would be given up for a way that is longer.
+LONG = 40
 NEAR = 0.01  # [m] from being broken, at which a row comes in
 BROKEN = 1e-6  # [m] more than that and a row is broken
 SEED_STRIDE = 4  # every so many samples' sides begin
@@ -242,7 +246,8 @@ def _greatest_shank(total: int, phases: int) -> sparse.csr_matrix:
 def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     """The acceleration squared and some of the distance from the nominal path, over time."""
     gaps = np.diff(p.times)
-    weight = 0.5 * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))  # the trapezoidal rule
+    long = min(LONG / max(len(p.contacts.steps), 1), 1.0) if p.static else 1.0
+    weight = 0.5 * long * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))  # the trapezoidal rule
     follow = basis.weights[:, 0]
     n, axes = basis.count, p.axes
     at = basis.first[:, None] + np.arange(4)
@@ -257,7 +262,7 @@ def _cost(p: BodyProblem, basis: Basis) -> tuple[sparse.csc_matrix, FloatArray]:
     c = np.zeros((n, axes))
     for axis in range(2):
         c[:, axis] = -2.0 * FOLLOW * np.bincount(at.ravel(), pull[..., axis].ravel(), minlength=n)
-    phases = np.full(p.scalars - FIRST_PHASE, PHASE_PRICE)
+    phases = np.full(p.scalars - FIRST_PHASE, long * PHASE_PRICE)
     return P, np.concatenate([c.ravel(), PRICES, phases])
 
 

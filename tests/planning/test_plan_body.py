@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rig import paper_robot, stairs_course, stance_at
+from rig import flat_course, paper_robot, stairs_course, stance_at, walk_plan
 
 from drake_quad.common import FloatArray
 from drake_quad.planning import plan_body as module, task as task_module
@@ -30,6 +30,19 @@ def _laid(settings: PlanSettings) -> tuple[ContactPlan, BodyReference]:
         paper_robot(), course, settings, TASK, stance_at(course, settings)
     )
     return contacts, route
+
+
+def test_a_long_way_keeps_as_much_margin_as_a_short_one() -> None:
+    """The same gait on level ground: 160 steps leave what 40 do, and not two fifths of it."""
+    settings = replace(
+        PlanSettings(), cycle_time=4.0, duty_factor=0.82, switch_wait=0.1, margin_desired=0.3
+    )
+    short, long = (
+        walk_plan(flat_course(goal + 4.0), goal=goal, settings=settings) for goal in (10.0, 40.0)
+    )
+    assert len(long.contacts.steps) == 4 * len(short.contacts.steps) == 160
+    assert 0.05 < short.margin < 0.1  # it costs something to have it
+    assert long.margin >= 0.9 * short.margin
 
 
 def _planned(
