@@ -156,6 +156,7 @@ class TempoTrial:
         walks: The tasks that were planned; all if None.
         from_scratch: Whether its plans are those that anyone finds; else they had warm starts, and
             may differ a little.
+        cut: Whether it is of the course with its long flights cut short, see `fewer_steps`.
     """
 
     tempo: Tempo
@@ -164,6 +165,12 @@ class TempoTrial:
     suits: FootSpeeds
     walks: Walks | None = None
     from_scratch: bool = True
+    cut: bool = False
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is of all tasks, on the course itself."""
+        return self.walks is None and not self.cut
 
     @property
     def speed(self) -> float:

@@ -10,6 +10,7 @@ from drake_quad.gait_design.designed import Designed, Walks
 from drake_quad.gait_design.foot_speeds import ANY_SPEED, PEAK, FootSpeeds, slowest
 from drake_quad.gait_design.pace import zmp_margin
 from drake_quad.gait_design.preference import RequiredMargins
+from drake_quad.gait_design.short_course import fewer_steps
 from drake_quad.gait_design.tempo import (
     Tempo,
     TempoTrial,
@@ -57,6 +58,7 @@ class TempoPlanner:
         refused: Whether the gait's footprints have been refused.
         falls_over: Whether the last `plan` had a static margin so far below zero that a path which
             seeks another margin hardly gives it any.
+        cut: Whether plans are of the course with its long flights cut short, for now.
     """
 
     def __init__(
@@ -81,6 +83,8 @@ class TempoPlanner:
         self.gait, self.kept, self.most, self.scenario = gait, kept, inf, gait.scenario
         self.speeds, self.refused = FootSpeeds.all_at(ANY_SPEED), False
         self.falls_over = False
+        self.cut = fewer_steps(gait.scenario) is not gait.scenario
+        self._cut_leaves_more = 0.0  # [m] of margin, than the whole course did
         # Whether all are as slow as one joint asks, and whether each is as fast as its own then.
         self._limited = self._grouped = False
         self._warm_starts: dict[int, MotionPlan] = {}  # the last plan of each task
@@ -157,24 +161,39 @@ class TempoPlanner:
     def plan_from_scratch(self, tempo: Tempo) -> TempoTrial | None:
         """The whole course's plan as anyone finds it who has its times; None if there is none.
 
-        Other plans have warm starts. They are found sooner, and may differ a little.
+        Other plans have warm starts, or are of shorter flights. They are found sooner, and may
+        differ a little.
         """
-        self._warm_starts.clear()
-        found = self.plan(tempo)
-        if found is None or found.from_scratch:
-            return found
-        self._warm_starts.clear()
+        cut, self.cut = self.cut, False
         try:
+            self._warm_starts.clear()
+            found = self.plan(tempo)
+            if found is None or found.from_scratch:
+                return found
+            self._warm_starts.clear()
             return self._try(found.tempo, None)
         except PlanningError:
             return None
+        finally:
+            self.cut = cut
 
     def _try(self, tempo: Tempo, walks: Walks | None) -> TempoTrial:
-        return try_tempo(
-            self.scenario, self.gait.design, self._robot, tempo, most=self.most,
+        found = try_tempo(
+            fewer_steps(self.scenario) if self.cut else self.scenario,
+            self.gait.design, self._robot, tempo, most=self.most,
             source=self._source, walks=walks, warm_starts=self._warm_starts,
             enough=lambda plan: walks is None or self.left(plan) >= 0.0,
         )  # fmt: skip
+        return replace(found, cut=self.cut)
+
+    def learn_from_whole(self, trial: TempoTrial, whole: TempoTrial) -> None:
+        """Has trials on the course cut short leave as much more as one of them did.
+
+        Args:
+            trial: A trial there that left enough.
+            whole: The plan of the whole course with its times, which did not.
+        """
+        self._cut_leaves_more += self.spare(trial) - self.spare(whole)
 
     def usual(self, stretch: float) -> Tempo:
         """The usual times of the gait, with swings longer by a ratio than the shortest."""
@@ -184,7 +203,8 @@ class TempoPlanner:
         """The margin that a trial leaves beyond what is to be kept [m]; -inf if it is of no use."""
         if trial is None or not keeps_all_else(trial, self._slow):
             return -inf
-        return self.kept.spare(trial.designed.margin, trial.pace.zmp_margin)
+        spare = self.kept.spare(trial.designed.margin, trial.pace.zmp_margin)
+        return spare - (self._cut_leaves_more if trial.cut else 0.0)
 
     def left(self, plan: MotionPlan) -> float:
         """The margin that a task's plan leaves beyond what is to be kept [m]."""

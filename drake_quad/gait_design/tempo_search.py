@@ -40,6 +40,7 @@ CLOSE = 0.05  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
 FALLEN = 2  # times at the switches with which a gait would fall over: then others would, too
+NEVER = 6  # trials without a plan, before there has been one, after which a gait is left
 TRIES = 6  # plans of the whole mission, where it leaves less than its critical walks
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -112,6 +113,7 @@ class TempoSearch:
         # Times at the switches with which the robot would fall over [s], by share of a leg.
         self._fallen: dict[float, set[float]] = {}
         self._lowered = 0.0
+        self._tried, self._has_plan = 0, False  # how many trials, and whether any had a plan
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
@@ -128,8 +130,8 @@ class TempoSearch:
         """
         if kept is not None:
             self._planner.kept = kept
-        # A speed that is asked for has to be met by all of them.
-        self._parts = self._parts and enough is None
+        if enough is not None:  # it has to be met by all of them
+            self._parts = self._planner.cut = False
         best: TempoTrial | None = None
         for stretch in STRETCHES:
             self._stretch = stretch
@@ -145,7 +147,7 @@ class TempoSearch:
     def verified_best(self, faster_than: float) -> TempoTrial | None:
         """The quickest plan so far of all tasks that keeps enough; None without.
 
-        A plan that had a warm start is planned again, from scratch.
+        A plan that had a warm start, or is of shorter flights, is planned again, from scratch.
 
         Args:
             faster_than: A speed that is of no interest, or any lower one [m/s].
@@ -156,7 +158,7 @@ class TempoSearch:
             found, scenario, most = kept
             if found.speed <= faster_than:
                 return None
-            if found.from_scratch:
+            if found.from_scratch and found.whole:
                 return found
             self._enough.remove(kept)
             planner.scenario, planner.most, planner.speeds = scenario, most, found.tempo.speeds
@@ -228,7 +230,7 @@ class TempoSearch:
         for _ in range(TRIES):
             found = at or self._seek(first, faster_than)
             asked, at = at is not None, None
-            if found is None or (found.walks is None and found.from_scratch):
+            if found is None or (found.whole and found.from_scratch):
                 return found
             # The same times with all that was left out, and as anyone plans them.
             self._planner.speeds = found.tempo.speeds
@@ -270,9 +272,10 @@ class TempoSearch:
 
         Feet are made slower, for this trial and others, if their joints would turn too fast. There
         are no more trials once a gait without a plan sets feet down too near each other: where its
-        footprints are does not depend on times, and hardly on the body's height.
+        footprints are does not depend on times, and hardly on the body's height. Nor are there any
+        once NEVER of them have had none.
         """
-        if self._planner.refused:
+        if self._planner.refused or (self._tried >= NEVER and not self._has_plan):
             return None
         trials = self._trials.setdefault(stretch, Trials())
         if switch not in trials.known:
@@ -281,6 +284,8 @@ class TempoSearch:
             tempo = replace(self._planner.usual(stretch), switch=switch)
             found = self._planner.plan(tempo, trials.walks)
             trials.known[switch] = found
+            self._has_plan = self._has_plan or found is not None
+            self._tried += 1
             if found is None and self._planner.falls_over and trials.walks is None:
                 self._fallen.setdefault(self._lowered, set()).add(switch)
             self._keep(found)
@@ -307,16 +312,29 @@ class TempoSearch:
     def _learn(self, trial: TempoTrial, whole: TempoTrial | None) -> None:
         """Has later trials be of all tasks in which the whole plan left too little, too.
 
+        Where they are already, and on the course cut short, they are taken to leave as much more
+        as this one did. If the whole course has no plan, later trials are of the whole course.
+
         Args:
             trial: The trial that left enough.
             whole: The plan of the whole mission with its times, which did not.
         """
-        trials = next(t for t in self._trials.values() if trial in t.known.values())
-        if trial.walks is not None:  # else trials are of all tasks already
-            short = () if whole is None else self._critical(whole)
-            more = tuple(k for k in short if k not in trials.critical)
-            trials.critical = (*more, *trials.critical) if more else ()
-        trials.known = {t: k for t, k in trials.known.items() if self._stays(k)}
+        stretch, trials = next((s, t) for s, t in self._trials.items() if trial in t.known.values())
+        if trial.cut and self._planner.spare(whole) == -inf:
+            self._planner.cut = False
+            self._rooms_known.clear()
+            self._trials.clear()
+            self._trials[stretch] = Trials(known={trial.tempo.switch: whole})
+            return
+        short = () if whole is None or trial.walks is None else self._critical(whole)
+        more = tuple(k for k in short if k not in trials.critical)
+        if trial.cut and not more:
+            assert whole is not None
+            self._planner.learn_from_whole(trial, whole)
+        else:
+            if trial.walks is not None:  # else trials are of all tasks already
+                trials.critical = (*more, *trials.critical) if more else ()
+            trials.known = {t: k for t, k in trials.known.items() if self._stays(k)}
         trials.known[trial.tempo.switch] = whole
 
     def _stays(self, trial: TempoTrial | None) -> bool:

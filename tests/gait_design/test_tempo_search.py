@@ -1,5 +1,6 @@
 """Trials of a gait's times are of the walks that have the least margin; the answer is of all."""
 
+import copy
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +15,13 @@ from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.foot_speeds import NO_SPEEDS
 from drake_quad.gait_design.pace import PlanPace
 from drake_quad.gait_design.preference import RequiredMargins
+from drake_quad.gait_design.short_course import FEWEST
 from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import Tempo, TempoTrial, least_margin, try_tempo, usual_tempo
 from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
-from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch, Trials
+from drake_quad.gait_design.tempo_search import NEVER, STRETCHES, TempoSearch, Trials
 from drake_quad.planning.motion_plan import MotionPlan
+from drake_quad.scenario.config import Scenario
 
 
 def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
@@ -240,3 +243,105 @@ def test_a_time_far_above_one_that_is_hardly_too_short_is_not_near_enough() -> N
 
     found = seek_switch(spare, 0.66, 0.1, near=1.7e-3)
     assert least <= found < 1.2 * least < 1.4 * 0.66
+
+
+def _ten_steps() -> GaitChoice:
+    """The gait on a course with flights that are long enough to be cut short."""
+    slow = designed()
+    scenario = copy.deepcopy(slow.scenario)
+    for element in scenario.course:
+        element.count = None if element.count is None else 10
+    return GaitChoice(scenario, slow.design, planned=True)
+
+
+def _counts(scenario: Scenario) -> set[int]:
+    return {e.count for e in scenario.course if e.count is not None}
+
+
+@pytest.mark.parametrize("more", [0.0, 4e-3])
+def test_long_flights_are_cut_short_for_trials_and_the_answer_is_of_the_course(
+    more: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the course itself leaves less is taken off all trials on the one that is cut short."""
+    tried: list[tuple[bool, float]] = []
+
+    def plan(scenario: Scenario, *given: Any, walks: Walks | None, **_: object) -> TempoTrial:
+        cut, switch = _counts(scenario) == {FEWEST}, given[2].switch
+        assert cut or _counts(scenario) == {10}
+        tried.append((cut, switch))
+        return _trial({k: 0.05 * switch + more * cut for k in (1, 2, 3)}, switch, walks)
+
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
+    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
+    for module in (tempo_planner, tempo_search):
+        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    kept = RequiredMargins(0.025, 0.0)
+    search = TempoSearch(_ten_steps(), designed(), paper_robot(), kept, "check")
+    monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
+    found = search.quickest(None, 0.1)
+    assert found is not None and found.whole and found.from_scratch
+    assert found.tempo.switch == pytest.approx(0.5, rel=0.06) and found.tempo.switch >= 0.5
+    whole = [switch for cut, switch in tried if not cut]
+    assert len(whole) == (1 if more == 0.0 else 2) and found.tempo.switch == whole[-1]
+
+
+def test_a_course_that_has_no_plan_is_not_cut_short_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Trials that know nothing of what is in its way would be of no use."""
+    tried: list[bool] = []
+
+    def plan(scenario: Scenario, *given: Any, walks: Walks | None, **_: object) -> TempoTrial:
+        cut, switch = _counts(scenario) == {FEWEST}, given[2].switch
+        tried.append(cut)
+        if not cut and switch < 0.7:
+            raise PlanningError("a shank would be inside the stairs")
+        return _trial({k: 0.05 * switch for k in (1, 2, 3)}, switch, walks)
+
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
+    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
+    for module in (tempo_planner, tempo_search):
+        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    kept = RequiredMargins(0.025, 0.0)
+    search = TempoSearch(_ten_steps(), designed(), paper_robot(), kept, "check")
+    monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
+    found = search.quickest(None, 0.1)
+    assert found is not None and found.whole and found.tempo.switch >= 0.7
+    first = tried.index(False)
+    assert all(tried[:first]) and not any(tried[first:])
+
+
+def test_a_speed_that_is_asked_for_is_met_on_the_course_itself() -> None:
+    """A short flight's speed is not quite that of a long one."""
+    search = TempoSearch(
+        _ten_steps(), designed(), paper_robot(), RequiredMargins(0.025, 0.0), "check"
+    )
+    assert search._planner.cut
+    search._planner.refused = True  # no plan is asked for here
+    search.quickest(0.1, 0.05)
+    assert not search._planner.cut
+
+
+def test_a_gait_without_a_plan_is_left_after_some_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If one of the first has a plan, those that have none count no more."""
+    slow = designed()
+    tried: list[float] = []
+
+    def plan(*given: Any, walks: Walks | None, **_: object) -> TempoTrial:
+        tried.append(given[3].switch)
+        if len(tried) != has_plan:
+            raise PlanningError("a thigh would be inside the stairs")
+        return _trial({k: 0.01 for k in (1, 2, 3)}, given[3].switch, walks)
+
+    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
+    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
+    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    for has_plan in (0, NEVER):
+        tried.clear()
+        gait = GaitChoice(slow.scenario, slow.design)
+        kept = RequiredMargins(0.025, 0.0)
+        search = TempoSearch(gait, slow, paper_robot(), kept, "check")
+        assert search.quickest(None, 0.1) is None
+        assert len(tried) == NEVER if has_plan == 0 else len(tried) > NEVER + 2
