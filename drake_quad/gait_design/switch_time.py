@@ -1,7 +1,7 @@
 """The shortest time at a gait's switches that leaves enough margin, by secants."""
 
 from collections.abc import Callable
-from math import inf
+from math import inf, isfinite
 
 TRIALS = 5  # at most
 NEAR = 0.04  # of a time: no other is tried so near to it
@@ -46,7 +46,7 @@ def seek_switch(
         if best < inf and known[best] <= near and close:
             break
         if best == inf:
-            if max(known) >= most:
+            if max(known) >= most or _falls_short(known, most):
                 break
             switch = min(1.4 * max(known), most)
         elif low is None:
@@ -58,3 +58,20 @@ def seek_switch(
             share = under / (under + over) if 0.0 < under < inf else 0.75
             switch = low + min(max(1.1 * share, 0.25), 0.85) * (best - low)
     return min((t for t, m in known.items() if m >= 0.0), default=inf)
+
+
+def _falls_short(known: dict[float, float], most: float) -> bool:
+    """Whether a margin that goes on growing as between the last two times is negative at `most`.
+
+    A margin grows ever more slowly with time: it is at most so large there. The zero-moment point's
+    is hardly larger for a longer wait, where legs throw the body about as they swing.
+
+    Args:
+        known: Margins of the times that were tried [m].
+        most: The longest time that is tried [s].
+    """
+    last = sorted(known)[-2:]
+    if len(last) < 2 or not all(isfinite(known[t]) for t in last):
+        return False
+    before, after = (known[t] for t in last)
+    return after + (after - before) / (last[1] - last[0]) * (most - last[1]) < 0.0

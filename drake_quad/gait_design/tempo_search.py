@@ -113,7 +113,8 @@ class TempoSearch:
         # Times at the switches with which the robot would fall over [s], by share of a leg.
         self._fallen: dict[float, set[float]] = {}
         self._lowered = 0.0
-        self._tried, self._has_plan = 0, False  # how many trials, and whether any had a plan
+        # How many trials there were, and whether any had a plan, or the gait with slow times has.
+        self._tried, self._has_plan = 0, gait.planned
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None

@@ -37,7 +37,6 @@ from drake_quad.gait_design.quicken import (
     run_error,
 )
 from drake_quad.gait_design.search import Search
-from drake_quad.gait_design.switch_time import seek_switch
 from drake_quad.gait_design.tempo import (
     MOST_PEAK,
     Tempo,
@@ -75,34 +74,6 @@ def test_times_put_into_a_scenario_come_out_of_it(swing: float, gap: float, wait
     assert got.cycle == pytest.approx(told.cycle, rel=2e-3)
     assert got.swing == pytest.approx(swing, rel=1e-2, abs=2e-3)
     assert got.switch - got.gap == pytest.approx(wait, rel=1e-3, abs=1e-6)
-
-
-@given(
-    knee=st.floats(0.2, 3.0),
-    kept=st.floats(0.01, 0.1),
-    first=st.floats(0.3, 3.0),
-    most=st.one_of(st.just(np.inf), st.floats(0.2, 4.0)),
-)
-def test_the_time_that_is_found_keeps_the_margin(
-    knee: float, kept: float, first: float, most: float
-) -> None:
-    """Of a margin that grows with the time, the time that is found was tried, and keeps it.
-
-    It is the shortest that was, and no longer time than the longest is tried.
-    """
-    tried: dict[float, float] = {}
-
-    def spare(switch: float) -> float:
-        tried[switch] = 0.12 * (1.0 - np.exp(-switch / knee)) - kept
-        return tried[switch]
-
-    best = seek_switch(spare, first, 0.1, near=0.06 * kept, most=most)
-    assert min(tried) >= 0.1 and max(tried) <= most
-    if best < np.inf:
-        assert tried[best] >= 0.0
-        assert best == min(t for t, m in tried.items() if m >= 0.0)
-    else:
-        assert max(tried.values()) < 0.0
 
 
 @given(
