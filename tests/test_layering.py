@@ -66,6 +66,7 @@ READ_BY_DRAKE = {
         "tempo",
         "tempo_planner",
         "tempo_search",
+        "tempo_trials",
     )
 }
 # What the command line may import beside the public names of `import drake_quad as dq`.

@@ -1,7 +1,8 @@
-"""A course with its long flights cut short, on which a gait that has no plan shows it sooner.
+"""A course with its long flights cut short, on which plans of a gait are made sooner.
 
-The plan of a flight takes time in proportion to its steps, and a gait at the robot's limits is
-refused where the flight begins or ends as often as between: some steps show what ten do.
+The plan of a flight takes time in proportion to its steps. A gait at the robot's limits is refused
+where the flight begins or ends as often as between, and its margin and speed are much the same:
+some steps show what ten do. So gaits are tried on it that may have no plan, and times of gaits.
 """
 
 import copy
@@ -20,7 +21,8 @@ def fewer_steps(scenario: Scenario) -> Scenario:
     """The scenario with its long flights cut short, to as many steps as show what the others do.
 
     Feet come to the flight's other end in the same turn, and all stand on the flight at a time. It
-    is the same scenario if no flight is long, or if its mission says how far to walk.
+    is the same scenario if no flight is long, if its mission says how far to walk, or if the robot
+    starts on a long flight or beyond.
 
     Args:
         scenario: With its gait. It stays as it is.
@@ -33,7 +35,7 @@ def fewer_steps(scenario: Scenario) -> Scenario:
         e for e in scenario.course
         if e.count is not None and e.rises is None and e.runs is None and e.count >= most + turn
     ]  # fmt: skip
-    if scenario.mission or not long:
+    if scenario.mission or not long or _starts_beyond(scenario, scenario.course.index(long[0])):
         return scenario
     fewer = copy.deepcopy(scenario)
     for element, cut in zip(scenario.course, fewer.course, strict=True):
@@ -41,6 +43,19 @@ def fewer_steps(scenario: Scenario) -> Scenario:
             assert element.count is not None
             cut.count = most + (element.count - most) % turn
     return fewer
+
+
+def _starts_beyond(scenario: Scenario, element: int) -> bool:
+    """Whether a run starts beyond the first riser of one of its course's elements, or may."""
+    before = 0.0
+    for e in scenario.course[:element]:
+        if e.length is not None:
+            before += e.length
+        elif e.count is not None and e.run is not None:
+            before += e.count * e.run
+        else:
+            return True
+    return scenario.start.distance > before
 
 
 class ShortFirst:

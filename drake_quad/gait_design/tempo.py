@@ -4,7 +4,7 @@ A cycle is four swings and four stretches on four feet. At two of these, the swi
 lifts next is diagonal to the one that landed, and the body has to go from one side to the other:
 they are what margin costs time for. The joints' speeds say how short a swing can be: swings are
 short, those over risers as much longer as joints ask for, and the two other stretches are short.
-What some times keep is tried by the real planner, on the course itself.
+What some times keep is tried by the real planner, on the course or on one with shorter flights.
 """
 
 import copy

@@ -84,7 +84,6 @@ class TempoPlanner:
         self.speeds, self.refused = FootSpeeds.all_at(ANY_SPEED), False
         self.falls_over = False
         self.cut = fewer_steps(gait.scenario) is not gait.scenario
-        self._cut_leaves_more = 0.0  # [m] of margin, than the whole course did
         # Whether all are as slow as one joint asks, and whether each is as fast as its own then.
         self._limited = self._grouped = False
         self._warm_starts: dict[int, MotionPlan] = {}  # the last plan of each task
@@ -186,15 +185,6 @@ class TempoPlanner:
         )  # fmt: skip
         return replace(found, cut=self.cut)
 
-    def learn_from_whole(self, trial: TempoTrial, whole: TempoTrial) -> None:
-        """Has trials on the course cut short leave as much more as one of them did.
-
-        Args:
-            trial: A trial there that left enough.
-            whole: The plan of the whole course with its times, which did not.
-        """
-        self._cut_leaves_more += self.spare(trial) - self.spare(whole)
-
     def usual(self, stretch: float) -> Tempo:
         """The usual times of the gait, with swings longer by a ratio than the shortest."""
         return usual_tempo(self.gait.scenario.gait, self._robot, stretch, moving=self._moving)
@@ -203,8 +193,7 @@ class TempoPlanner:
         """The margin that a trial leaves beyond what is to be kept [m]; -inf if it is of no use."""
         if trial is None or not keeps_all_else(trial, self._slow):
             return -inf
-        spare = self.kept.spare(trial.designed.margin, trial.pace.zmp_margin)
-        return spare - (self._cut_leaves_more if trial.cut else 0.0)
+        return self.kept.spare(trial.designed.margin, trial.pace.zmp_margin)
 
     def left(self, plan: MotionPlan) -> float:
         """The margin that a task's plan leaves beyond what is to be kept [m]."""

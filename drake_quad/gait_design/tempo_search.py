@@ -6,11 +6,11 @@ other: legs that swing quickly push the body about, so that heavy legs gain by l
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import inf
 
 from drake_quad.gait_design.candidates import flights_of
-from drake_quad.gait_design.designed import Designed, Walks
+from drake_quad.gait_design.designed import Designed
 from drake_quad.gait_design.preference import (
     KEPT,
     RequiredMargins,
@@ -22,6 +22,7 @@ from drake_quad.gait_design.tempo import (
     tread_way,
 )
 from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
+from drake_quad.gait_design.tempo_trials import Trials
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
@@ -40,7 +41,8 @@ CLOSE = 0.05  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
 FALLEN = 2  # times at the switches with which a gait would fall over: then others would, too
-NEVER = 6  # trials without a plan, before there has been one, after which a gait is left
+NEVER = 3  # times without a plan, before there has been one, after which a gait is left
+SLOWER = 0.97  # ratio of speeds by which a short flight's may be less than that of a long one
 TRIES = 6  # plans of the whole mission, where it leaves less than its critical walks
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -48,30 +50,6 @@ ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins
 
 class SearchStoppedError(Exception):
     """Nobody wants to wait for another trial."""
-
-
-@dataclass(eq=False)
-class Trials:
-    """The trials with one ratio of swings, at one height of the body, whose paths seek one margin.
-
-    Attributes:
-        known: The trials, by time at the switches [s].
-        first: The first one that there is a plan of, which is of the whole mission.
-        critical: The tasks that later ones are of, by their places in the mission; those first
-            that had the least margin.
-    """
-
-    known: dict[float, TempoTrial | None] = field(default_factory=dict)
-    first: TempoTrial | None = None
-    critical: tuple[int, ...] = ()
-
-    @property
-    def walks(self) -> Walks | None:
-        """The tasks that are planned for the next trial, and how they begin; None if all are."""
-        if self.first is None or not self.critical:
-            return None
-        plans = self.first.designed.plan.plans
-        return tuple((k, plans[k - 1].end) for k in self.critical)
 
 
 class TempoSearch:
@@ -113,8 +91,9 @@ class TempoSearch:
         # Times at the switches with which the robot would fall over [s], by share of a leg.
         self._fallen: dict[float, set[float]] = {}
         self._lowered = 0.0
-        # How many trials there were, and whether any had a plan, or the gait with slow times has.
-        self._tried, self._has_plan = 0, gait.planned
+        # Times that no trial had a plan with, of swings (by ratio) and at the switches [s].
+        self._without: set[tuple[float, float]] = set()
+        self._has_plan = gait.planned  # whether there was any plan, or is one with slow times
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
@@ -131,6 +110,7 @@ class TempoSearch:
         """
         if kept is not None:
             self._planner.kept = kept
+            self._without.clear()  # paths seek less margin, and may have a plan
         if enough is not None:  # it has to be met by all of them
             self._parts = self._planner.cut = False
         best: TempoTrial | None = None
@@ -157,7 +137,7 @@ class TempoSearch:
         while self._enough:
             kept = max(self._enough, key=lambda kept: kept[0].speed)
             found, scenario, most = kept
-            if found.speed <= faster_than:
+            if _most_speed(found) <= faster_than:
                 return None
             if found.from_scratch and found.whole:
                 return found
@@ -254,6 +234,7 @@ class TempoSearch:
             times: Ratios to the shortest swing, and to the usual time at the switches.
             note: Receives a line before each plan.
         """
+        self._planner.cut = False
         if next(self._rooms(self._planner.usual(STRETCHES[0]).switch), None) is None:
             return
         room = self._planner.most
@@ -274,9 +255,10 @@ class TempoSearch:
         Feet are made slower, for this trial and others, if their joints would turn too fast. There
         are no more trials once a gait without a plan sets feet down too near each other: where its
         footprints are does not depend on times, and hardly on the body's height. Nor are there any
-        once NEVER of them have had none.
+        once NEVER times have had none: feet that are too fast are made slower, and else a plan is
+        hardly there for a longer swing alone.
         """
-        if self._planner.refused or (self._tried >= NEVER and not self._has_plan):
+        if self._planner.refused or self._hopeless:
             return None
         trials = self._trials.setdefault(stretch, Trials())
         if switch not in trials.known:
@@ -285,8 +267,9 @@ class TempoSearch:
             tempo = replace(self._planner.usual(stretch), switch=switch)
             found = self._planner.plan(tempo, trials.walks)
             trials.known[switch] = found
+            if found is None:
+                self._without.add((stretch, switch))
             self._has_plan = self._has_plan or found is not None
-            self._tried += 1
             if found is None and self._planner.falls_over and trials.walks is None:
                 self._fallen.setdefault(self._lowered, set()).add(switch)
             self._keep(found)
@@ -297,6 +280,11 @@ class TempoSearch:
                 trials.first = found
                 trials.critical = self._critical(found) if self._parts else ()
         return trials.known[switch]
+
+    @property
+    def _hopeless(self) -> bool:
+        """Whether no trial had a plan, with enough times that others would hardly have one."""
+        return len(self._without) >= NEVER and not self._has_plan
 
     def _keep(self, found: TempoTrial | None) -> None:
         """Remembers a plan of all tasks that keeps enough."""
@@ -313,8 +301,9 @@ class TempoSearch:
     def _learn(self, trial: TempoTrial, whole: TempoTrial | None) -> None:
         """Has later trials be of all tasks in which the whole plan left too little, too.
 
-        Where they are already, and on the course cut short, they are taken to leave as much more
-        as this one did. If the whole course has no plan, later trials are of the whole course.
+        Where they are already, and on the course cut short, they are taken to leave so much less on
+        the course itself, as this one did. If that has no plan, or one that keeps too little of
+        something else than margin, later trials are of the course itself.
 
         Args:
             trial: The trial that left enough.
@@ -323,15 +312,18 @@ class TempoSearch:
         stretch, trials = next((s, t) for s, t in self._trials.items() if trial in t.known.values())
         if trial.cut and self._planner.spare(whole) == -inf:
             self._planner.cut = False
-            self._rooms_known.clear()
-            self._trials.clear()
+            for room in self._rooms_known.values():
+                room.clear()
+            self._without.clear()
+            self._has_plan = self._planner.gait.planned or whole is not None
             self._trials[stretch] = Trials(known={trial.tempo.switch: whole})
             return
         short = () if whole is None or trial.walks is None else self._critical(whole)
         more = tuple(k for k in short if k not in trials.critical)
         if trial.cut and not more:
             assert whole is not None
-            self._planner.learn_from_whole(trial, whole)
+            more_margin = self._planner.spare(trial) - self._planner.spare(whole)
+            trials.cut_has_more = max(trials.cut_has_more, more_margin)
         else:
             if trial.walks is not None:  # else trials are of all tasks already
                 trials.critical = (*more, *trials.critical) if more else ()
@@ -374,8 +366,10 @@ class TempoSearch:
                 found = self.trial(self._stretch, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
-                if found is None and switch in fallen:
+                if found is None and (switch in fallen or self._hopeless):
                     break
+                if found is None and len(self._without) > 1 and not self._has_plan:
+                    return  # one trial of these times is enough, where others had none at all
 
     def _at_speed(self, speed: float) -> TempoTrial | None:
         """A plan with all the time that there is at a speed [m/s]; None if it keeps too little."""
@@ -404,14 +398,24 @@ class TempoSearch:
                 continue
             trials = self._trials.setdefault(stretch, Trials())
             switch = seek_switch(
-                lambda t, by=stretch: self._planner.spare(self.trial(by, t)),  # type: ignore[misc]
+                lambda t, by=stretch: self._spare(by, self.trial(by, t)),  # type: ignore[misc]
                 first if best is None else 0.95 * most,
                 least,
                 near=(CLOSE_MOVING if self._moving else CLOSE) * self._planner.kept.margin,
                 most=most,
-                known={t: self._planner.spare(trial) for t, trial in trials.known.items()},
+                known={t: self._spare(stretch, trial) for t, trial in trials.known.items()},
             )
             found = trials.known.get(switch)
-            if found is not None and found.speed > faster_than:
+            if found is not None and _most_speed(found) > faster_than:
                 best, faster_than = found, found.speed
         return best
+
+    def _spare(self, stretch: float, trial: TempoTrial | None) -> float:
+        """See `TempoPlanner.spare`, of the course itself [m]."""
+        less = self._trials[stretch].cut_has_more if trial is not None and trial.cut else 0.0
+        return self._planner.spare(trial) - less
+
+
+def _most_speed(trial: TempoTrial) -> float:
+    """The speed that a trial may have on the course itself [m/s]."""
+    return trial.speed / SLOWER if trial.cut else trial.speed

@@ -194,8 +194,8 @@ def rod_distance_of_path(
 def _skip(lengths: FloatArray, k: int, spare: float) -> int:
     """The last point of a path to which it is no more than `spare` [m] from its point k.
 
-    No distance changes by more than the way along the path: if that of the point k is a bound and
-    the spare, nothing before the point found is nearer than the bound.
+    No distance changes by more than the way along the path: if that of the point k is a bound plus
+    `spare`, nothing before the point found is nearer than the bound.
     """
     while k < len(lengths) and spare >= lengths[k]:
         spare -= lengths[k]

@@ -8,10 +8,10 @@ through p) of the support polygon,
     n · (c(t) - p) >= m              c: the whole robot's centre of mass
     n · (c(t) - h/g c̈(t) - p) >= m_z
 
-with m <= the margin desired; `body_sides.py` says which sides, and where m is eased. The cost
-is the acceleration, a little of the distance from the nominal path, and -m; what adds up over a
-way of many steps counts for less, as m does not (LONG). While two feet stand it
-is also the squared distance of the zero-moment point from their line, at a price that leaves hardly
+with m <= the margin desired; `body_sides.py` says which sides, and where m is eased. The cost is
+the acceleration, a little of the distance from the nominal path, and -m. What adds up over the time
+counts for less if the way has many steps (LONG), for m does not add up. While two feet stand it is
+also the squared distance of the zero-moment point from their line, at a price that leaves hardly
 any: hard rows there may have no solution, for a spline does not follow all that swings do. The
 legs' own part of the centre of mass comes in as a given offset from the body and is corrected by
 whoever calls this again with the path found (`body_path.py`).
@@ -83,8 +83,9 @@ OFF_LINE = 1e4  # the same of the zero-moment point's distance from the line of 
 # shanks too near to the stairs, where they are nearest. The last two are hard if they can be kept.
 PRICES = (-200.0, -100.0, 400.0, 4000.0, 1500.0)
 PHASE_PRICE = 150.0  # of shanks too near in each phase: less than margin costs, see MARGIN
-# Steps from which on what the path costs over its time counts as that of so many: a margin is the
-# least of all times, and would be given up for a way that is longer.
+# A plan of more steps of its feet than these pays for its path, and for its phases, as if it had so
+# many: a margin is the least of all times, and would be given up for a way that is longer. A plan
+# that is balanced by its motion pays in full; its margin is hardly given up.
 LONG = 40
 NEAR = 0.01  # [m] from being broken, at which a row comes in
 BROKEN = 1e-6  # [m] more than that and a row is broken

@@ -43,6 +43,7 @@ NEARER = 0.5  # of how short that is: the route has to be that near to be begun 
 ASTRAY = 2.0  # times as far beyond limits as before: a step without a trust region is not taken
 REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
 SHORT_PRICE = 7.5  # metres of margin for one beyond limits, much as in the program
+HOPED = 0.75  # of the margin of the path of most margin: with less it is begun with, after all
 SETTLED = 1e-3  # [m] of margin that one more pass gains, and another is not worth its time
 
 
@@ -103,12 +104,13 @@ def keep_limits(search: LimitsSearch, searches: int = 1) -> None:
     first, short = search.control, search.find_limits()
     if short == 0.0:
         return
-    start = _Best(first)
-    start.take(0, first, short, search.margin(), 1.0)
+    start, most = _Best(first), search.margin()
+    start.take(0, first, short, most, 1.0)
     near = float(search.beyond.max()) <= FAR * search.leg
     route = _begin_with_nearer(search)
     best = _search(search, RADII[0], 1.0, replace(start), free=near)
-    if route and best.fails:  # from the other side of what cannot be kept a path may have a margin
+    if route and best.margin < HOPED * most:
+        # From the other side of what cannot be kept a path may have a margin, or more of it.
         search.follow(first)
         search.find_limits()
         with suppress(PlanningError):
@@ -206,11 +208,6 @@ class _Best:
         if _rank(short, margin) < self.rank:
             self.path, self.short, self.margin = path, short, margin
         return nearer
-
-    @property
-    def fails(self) -> bool:
-        """Whether it is beyond limits, and has no margin either."""
-        return self.short > 0.0 and self.margin <= 0.0
 
     @property
     def rank(self) -> tuple[bool, float]:

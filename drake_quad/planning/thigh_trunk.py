@@ -1,8 +1,8 @@
 """Clearance between thighs and the trunk.
 
-A thigh's shapes are paths, and how thick they are around these. It is asked for at every moment of
-every path of the body that is tried: most shapes are far apart, which balls around the paths show,
-and along a path that is near, places are left out that cannot be the nearest.
+A thigh's shapes are paths, and how thick they are around these. The clearance is asked for at every
+moment of every path of the body that is tried: most shapes are far apart, which balls around the
+paths show, and along a path that is near, places are left out that cannot be the nearest.
 """
 
 import numpy as np
@@ -38,14 +38,14 @@ def thigh_trunk_clearance(robot: RobotModel, q: FloatArray) -> FloatArray:
         return np.full(q.shape[:2], CUTOFF)
     # Copies: kernels are compiled anew for arrays that are read-only.
     hips = np.column_stack([g.p_BH, g.offset, g.raised])
-    paths, radii, boxes = (np.array(a) for a in (stops.paths, stops.radii, stops.boxes))
+    paths, radii, boxes = (np.array(a, order="C") for a in (stops.paths, stops.radii, stops.boxes))
     rods = np.column_stack([stops.rods.mean(axis=1), _axes(stops.rods), stops.rod_radii])
     return _clearance(_turns(q), hips, paths, _lengths(paths), _balls(paths), radii, boxes, rods)
 
 
 def _turns(q: FloatArray) -> FloatArray:
     """Cosine and sine of abduction, then of hip pitch (N, 4, 4), at angles (N, 4, 3) [rad]."""
-    a, h = q[..., 0], q[..., 1]
+    a, h = np.ascontiguousarray(q[..., 0]), np.ascontiguousarray(q[..., 1])
     return np.stack([np.cos(a), np.sin(a), np.cos(h), np.sin(h)], axis=-1)
 
 

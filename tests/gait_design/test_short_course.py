@@ -76,6 +76,16 @@ class Planner:
         return self.made
 
 
+def test_a_run_that_starts_on_a_long_flight_or_beyond_has_the_course_itself() -> None:
+    """With the flight cut short, the ground would move away under it."""
+    scenario = _scenario(10)
+    before = scenario.course[0].length
+    assert before is not None and fewer_steps(scenario) is not scenario
+    for start, same in ((before - 0.1, False), (before + 0.1, True)):
+        scenario.start.distance = start
+        assert (fewer_steps(scenario) is scenario) is same
+
+
 def _short_first(planner: Planner, notes: list[str] | None = None) -> ShortFirst:
     note = (lambda _: None) if notes is None else notes.append
     return ShortFirst(course_of(_scenario(10)), course_of, planner, note)

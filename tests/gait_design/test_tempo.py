@@ -45,7 +45,8 @@ from drake_quad.gait_design.tempo import (
     usual_tempo,
 )
 from drake_quad.gait_design.tempo_planner import PLANS, GaitChoice
-from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch, Trials
+from drake_quad.gait_design.tempo_search import STRETCHES, TempoSearch
+from drake_quad.gait_design.tempo_trials import Trials
 from drake_quad.planning.foothold_pattern import FootholdPattern
 from drake_quad.planning.mission import initial_stance
 from drake_quad.planning.motion_plan import evaluate

@@ -1,6 +1,5 @@
 """Trials of a gait's times are of the walks that have the least margin; the answer is of all."""
 
-import copy
 from dataclasses import replace
 from typing import Any
 
@@ -8,19 +7,17 @@ import numpy as np
 import pytest
 from design_rig import designed
 from rig import paper_robot
+from tempo_rig import trial_of
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design import tempo_planner, tempo_search
 from drake_quad.gait_design.designed import Walks
-from drake_quad.gait_design.foot_speeds import NO_SPEEDS
-from drake_quad.gait_design.pace import PlanPace
 from drake_quad.gait_design.preference import RequiredMargins
-from drake_quad.gait_design.short_course import FEWEST
 from drake_quad.gait_design.tempo import Tempo, TempoTrial, least_margin, try_tempo, usual_tempo
 from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
-from drake_quad.gait_design.tempo_search import NEVER, STRETCHES, TempoSearch, Trials
+from drake_quad.gait_design.tempo_search import TempoSearch
+from drake_quad.gait_design.tempo_trials import Trials
 from drake_quad.planning.motion_plan import MotionPlan
-from drake_quad.scenario.config import Scenario
 
 
 def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
@@ -43,20 +40,6 @@ def test_a_walk_planned_alone_is_the_one_of_the_whole_mission() -> None:
     assert [p.index for p in first.designed.plan.plans] == [3]  # which was not enough
 
 
-def _trial(margins: dict[int, float], switch: float, walks: Walks | None) -> TempoTrial:
-    """A trial of tasks whose plans have so much margin [m]."""
-    robot, slow = paper_robot(), designed()
-    made = replace(usual_tempo(slow.scenario.gait, robot, STRETCHES[0]), switch=switch)
-    plans = [
-        replace(slow.plan.plans[k], margin=margins.get(k, np.nan))
-        for k in ([w[0] for w in walks] if walks else range(len(slow.plan.plans)))
-    ]
-    plan = replace(slow.plan, plans=tuple(plans))
-    least = min(p.margin for p in plans if p.margin == p.margin)
-    pace = PlanPace((), None, 1.0)
-    return TempoTrial(made, replace(slow, plan=plan, margin=least), pace, NO_SPEEDS, walks)
-
-
 @pytest.mark.parametrize("spin", [0.08, 0.02])
 def test_trials_are_of_the_walks_with_the_least_margin(
     spin: float, monkeypatch: pytest.MonkeyPatch
@@ -68,7 +51,7 @@ def test_trials_are_of_the_walks_with_the_least_margin(
         switch = given[3].switch
         tried.append((switch, None if walks is None else [k for k, _ in walks]))
         margins = {1: 0.07 * switch, 2: spin if switch < 0.6 else 0.08, 3: 0.05 * switch}
-        return _trial(margins, switch, walks)
+        return trial_of(margins, switch, walks)
 
     monkeypatch.setattr(tempo_planner, "try_tempo", plan)
     monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
@@ -103,7 +86,7 @@ def test_trials_begin_with_earlier_plans_and_the_answer_does_not(
 
     def plan(*given: Any, warm_starts: dict[int, MotionPlan], **_: object) -> TempoTrial:
         begun.append(bool(warm_starts))
-        found = replace(_trial({1: 0.06}, given[3].switch, None), from_scratch=not warm_starts)
+        found = replace(trial_of({1: 0.06}, given[3].switch, None), from_scratch=not warm_starts)
         warm_starts[1] = slow.plan.plans[1]
         return found
 
@@ -127,7 +110,7 @@ def test_an_answer_found_from_other_plans_is_planned_anew(monkeypatch: pytest.Mo
     def plan(*given: Any, warm_starts: dict[int, MotionPlan], **_: object) -> TempoTrial:
         switch, anew = given[3].switch, not warm_starts
         warm_starts[1] = slow.plan.plans[1]
-        return replace(_trial({1: 0.05 * switch - 4e-3 * anew}, switch, None), from_scratch=anew)
+        return replace(trial_of({1: 0.05 * switch - 4e-3 * anew}, switch, None), from_scratch=anew)
 
     monkeypatch.setattr(tempo_planner, "try_tempo", plan)
     monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
@@ -159,12 +142,12 @@ def test_a_stopped_search_plans_its_best_again_as_it_was(monkeypatch: pytest.Mon
     for share, most, switch in ((0.0, 0.06, 0.5), (0.03, 0.05, 0.6)):
         planner.lower(share)
         planner.most = most
-        search._keep(replace(_trial({1: 0.05}, switch, None), from_scratch=False))
+        search._keep(replace(trial_of({1: 0.05}, switch, None), from_scratch=False))
     planner.most = 9.0
 
     def plan(tempo: Tempo) -> TempoTrial | None:
         asked.append((planner.scenario.gait.body_height, planner.most, tempo.switch))
-        return None if tempo.switch == 0.5 else _trial({1: 0.05}, tempo.switch, None)
+        return None if tempo.switch == 0.5 else trial_of({1: 0.05}, tempo.switch, None)
 
     monkeypatch.setattr(planner, "plan_from_scratch", plan)
     height = slow.scenario.gait.body_height
@@ -184,8 +167,8 @@ def test_a_speed_that_is_asked_for_may_be_less_than_that_of_the_slow_gait(
     search = TempoSearch(gait, slow, paper_robot(), RequiredMargins(0.025, 0.0), "check")
     monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 0.02))
     monkeypatch.setattr(search._planner, "spare", lambda _: 0.01)
-    begun = replace(_trial({1: 0.05}, 0.5, None), from_scratch=False)
-    whole = _trial({1: 0.05}, 0.5, None)
+    begun = replace(trial_of({1: 0.05}, 0.5, None), from_scratch=False)
+    whole = trial_of({1: 0.05}, 0.5, None)
     monkeypatch.setattr(search, "_at_speed", lambda _: begun)
     monkeypatch.setattr(search._planner, "plan_from_scratch", lambda _: whole)
     assert search._quickest_here(0.02, 0.05, 0.5) is whole
@@ -199,15 +182,15 @@ def test_trials_of_all_tasks_stay_so(monkeypatch: pytest.MonkeyPatch) -> None:
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(gait, slow, paper_robot(), RequiredMargins(0.025, 0.0), "check")
     monkeypatch.setattr(search, "_critical", lambda _: (2,))
-    whole = replace(_trial({1: 0.03}, 0.5, None), from_scratch=False)
+    whole = replace(trial_of({1: 0.03}, 0.5, None), from_scratch=False)
     trials = Trials(known={0.5: whole}, first=whole)
     search._trials = {1.25: trials}
-    search._learn(whole, _trial({1: 0.02}, 0.5, None))
+    search._learn(whole, trial_of({1: 0.02}, 0.5, None))
     assert trials.critical == () and trials.walks is None
     walks = ((1, slow.plan.plans[0].end),)
-    part = _trial({1: 0.03}, 0.6, walks)
+    part = trial_of({1: 0.03}, 0.6, walks)
     trials.known[0.6], trials.critical = part, (1,)
-    search._learn(part, _trial({1: 0.02}, 0.6, None))
+    search._learn(part, trial_of({1: 0.02}, 0.6, None))
     assert list(trials.critical) == [2, 1]
 
 
@@ -231,105 +214,3 @@ def test_a_gait_that_falls_over_with_two_times_is_left(monkeypatch: pytest.Monke
         assert search.quickest(None, 0.1) is None
         assert len({height for height, _, _ in tried}) == 2
         assert (len(tried) <= 4) is (margin < -0.01)
-
-
-def _ten_steps() -> GaitChoice:
-    """The gait on a course with flights that are long enough to be cut short."""
-    slow = designed()
-    scenario = copy.deepcopy(slow.scenario)
-    for element in scenario.course:
-        element.count = None if element.count is None else 10
-    return GaitChoice(scenario, slow.design, planned=True)
-
-
-def _counts(scenario: Scenario) -> set[int]:
-    return {e.count for e in scenario.course if e.count is not None}
-
-
-@pytest.mark.parametrize("more", [0.0, 4e-3])
-def test_long_flights_are_cut_short_for_trials_and_the_answer_is_of_the_course(
-    more: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What the course itself leaves less is taken off all trials on the one that is cut short."""
-    tried: list[tuple[bool, float]] = []
-
-    def plan(scenario: Scenario, *given: Any, walks: Walks | None, **_: object) -> TempoTrial:
-        cut, switch = _counts(scenario) == {FEWEST}, given[2].switch
-        assert cut or _counts(scenario) == {10}
-        tried.append((cut, switch))
-        return _trial({k: 0.05 * switch + more * cut for k in (1, 2, 3)}, switch, walks)
-
-    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
-    monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
-    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
-    for module in (tempo_planner, tempo_search):
-        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
-    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
-    kept = RequiredMargins(0.025, 0.0)
-    search = TempoSearch(_ten_steps(), designed(), paper_robot(), kept, "check")
-    monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
-    found = search.quickest(None, 0.1)
-    assert found is not None and found.whole and found.from_scratch
-    assert found.tempo.switch == pytest.approx(0.5, rel=0.06) and found.tempo.switch >= 0.5
-    whole = [switch for cut, switch in tried if not cut]
-    assert len(whole) == (1 if more == 0.0 else 2) and found.tempo.switch == whole[-1]
-
-
-def test_a_course_that_has_no_plan_is_not_cut_short_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Trials that know nothing of what is in its way would be of no use."""
-    tried: list[bool] = []
-
-    def plan(scenario: Scenario, *given: Any, walks: Walks | None, **_: object) -> TempoTrial:
-        cut, switch = _counts(scenario) == {FEWEST}, given[2].switch
-        tried.append(cut)
-        if not cut and switch < 0.7:
-            raise PlanningError("a shank would be inside the stairs")
-        return _trial({k: 0.05 * switch for k in (1, 2, 3)}, switch, walks)
-
-    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
-    monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
-    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
-    for module in (tempo_planner, tempo_search):
-        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
-    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
-    kept = RequiredMargins(0.025, 0.0)
-    search = TempoSearch(_ten_steps(), designed(), paper_robot(), kept, "check")
-    monkeypatch.setattr(search, "_longest_switch", lambda stretch, _: 9.0 * (stretch > 1.0))
-    found = search.quickest(None, 0.1)
-    assert found is not None and found.whole and found.tempo.switch >= 0.7
-    first = tried.index(False)
-    assert all(tried[:first]) and not any(tried[first:])
-
-
-def test_a_speed_that_is_asked_for_is_met_on_the_course_itself() -> None:
-    """A short flight's speed is not quite that of a long one."""
-    search = TempoSearch(
-        _ten_steps(), designed(), paper_robot(), RequiredMargins(0.025, 0.0), "check"
-    )
-    assert search._planner.cut
-    search._planner.refused = True  # no plan is asked for here
-    search.quickest(0.1, 0.05)
-    assert not search._planner.cut
-
-
-def test_a_gait_without_a_plan_is_left_after_some_trials(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If one of the first has a plan, those that have none count no more."""
-    slow = designed()
-    tried: list[float] = []
-
-    def plan(*given: Any, walks: Walks | None, **_: object) -> TempoTrial:
-        tried.append(given[3].switch)
-        if len(tried) != has_plan:
-            raise PlanningError("a thigh would be inside the stairs")
-        return _trial({k: 0.01 for k in (1, 2, 3)}, given[3].switch, walks)
-
-    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
-    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
-    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
-    for has_plan in (0, NEVER):
-        tried.clear()
-        gait = GaitChoice(slow.scenario, slow.design)
-        kept = RequiredMargins(0.025, 0.0)
-        search = TempoSearch(gait, slow, paper_robot(), kept, "check")
-        assert search.quickest(None, 0.1) is None
-        assert len(tried) == NEVER if has_plan == 0 else len(tried) > NEVER + 2

@@ -40,6 +40,20 @@ def test_a_path_is_as_far_from_a_cylinder_as_its_nearest_place(seed: int) -> Non
     np.testing.assert_allclose(found, min(expected, bound), atol=1e-9)
 
 
+def test_no_line_is_left_out_that_comes_near_at_its_end() -> None:
+    """A path towards a box and a cylinder: what is skipped is nowhere nearer than the bound."""
+    for share in np.linspace(0.0, 1.0, 11):
+        path = np.array([[x, 0.0, 0.0] for x in (0.0, 0.1 + 0.8 * share, 1.0, 2.0)])
+        lengths = np.diff(path[:, 0])
+        lower, upper = np.array([2.1, -1.0, -1.0]), np.array([3.0, 1.0, 1.0])
+        for bound in (0.05, 0.15, 0.95, 1.05, 1.5):
+            found = box_distance_of_path(path, lengths, lower, upper, bound)
+            np.testing.assert_allclose(found, min(bound, 0.1), atol=1e-9)
+            rod = np.array([2.3, 0.0, 0.0, 0.0, 0.0, 1.0, 0.5, 0.2])
+            found = rod_distance_of_path(path, lengths, rod, bound)
+            np.testing.assert_allclose(found, min(bound, 0.1), atol=1e-9)
+
+
 @given(SEEDS)
 def test_a_path_is_as_far_from_a_box_as_its_nearest_line(seed: int) -> None:
     """Of all of its lines, looked at one by one; or the bound, if none is as near as that."""

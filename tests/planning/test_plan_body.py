@@ -8,8 +8,9 @@ import pytest
 from rig import flat_course, paper_robot, stairs_course, stance_at, walk_plan
 
 from drake_quad.common import FloatArray
-from drake_quad.planning import plan_body as module, task as task_module
+from drake_quad.planning import body_qp, plan_body as module, task as task_module
 from drake_quad.planning.body_path import BodyPathOptimizer
+from drake_quad.planning.body_qp import LONG
 from drake_quad.planning.body_reference import BodyReference
 from drake_quad.planning.contact_plan import ContactPlan, sample_times
 from drake_quad.planning.leg_limits import reach_left
@@ -43,6 +44,30 @@ def test_a_long_way_keeps_as_much_margin_as_a_short_one() -> None:
     assert len(long.contacts.steps) == 4 * len(short.contacts.steps) == 160
     assert 0.05 < short.margin < 0.1  # it costs something to have it
     assert long.margin >= 0.9 * short.margin
+
+
+@pytest.mark.parametrize("dynamic", [False, True])
+def test_only_static_plans_of_many_steps_pay_less_for_their_way(
+    dynamic: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Up to LONG steps they pay in full, and so does a plan that is balanced by its motion."""
+    settings = replace(SETTINGS, dynamic=dynamic)
+    contacts, route = _laid(settings)
+    rolled = np.zeros((4, 2))
+    search = BodyPathOptimizer(paper_robot(), contacts, route, settings, None, rolled)
+    problem = search._problem()
+    costs = []
+    for steps in (1e9, LONG, len(contacts.steps), len(contacts.steps) / 2):
+        monkeypatch.setattr(body_qp, "LONG", steps)
+        frame = body_qp.make_frame(problem)
+        costs.append((frame.P.toarray()[: -problem.scalars], frame.c))
+    assert len(contacts.steps) < LONG
+    for k, share in enumerate((1.0, 1.0, 1.0, 1.0 if dynamic else 0.5)):
+        np.testing.assert_allclose(costs[k][0], share * costs[0][0], rtol=1e-9)
+        np.testing.assert_allclose(
+            costs[k][1][: -problem.scalars], share * costs[0][1][: -problem.scalars], rtol=1e-9
+        )
+        np.testing.assert_array_equal(costs[k][1][-problem.scalars :], body_qp.PRICES)
 
 
 def _planned(

