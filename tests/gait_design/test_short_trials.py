@@ -1,15 +1,17 @@
 """Times of gaits are tried on flights cut short; the answer is of the course itself."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
-from tempo_rig import is_cut, plan_with, search_for, ten_steps, trial_of
+from tempo_rig import KEPT, is_cut, plan_with, search_for, ten_steps, trial_of
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.speed_curve import TIMES
 from drake_quad.gait_design.tempo import TempoTrial
 from drake_quad.gait_design.tempo_search import SLOWER, SearchStoppedError
+from drake_quad.gait_design.tempo_trials import Trials
 from drake_quad.scenario.config import Scenario
 
 
@@ -166,3 +168,22 @@ def test_a_gait_without_a_plan_is_left_after_some_times(
         assert found is None and len(tried) == 8  # six of the usual times, then one each of two
     else:
         assert found is not None and found.tempo.switch == pytest.approx(1.2, rel=0.06)
+
+
+def test_where_another_task_keeps_too_little_that_is_tried_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is no difference between short flights and long ones, and is not taken for one."""
+    search = search_for(ten_steps())
+    monkeypatch.setattr(search._planner, "spare", lambda t: t.designed.margin - KEPT.margin)
+    first = trial_of({1: 0.03, 3: 0.04}, 0.6, None)
+    walks = ((1, first.designed.plan.plans[0].end),)
+    part = replace(trial_of({1: 0.03}, 0.5, walks), cut=True)
+    trials = Trials(known={0.5: part}, first=first, critical=(1,))
+    search._trials = {1.25: trials}
+    for task, critical, more in ((2, (2, 1), 0.0), (1, (2, 1), 0.01)):
+        monkeypatch.setattr(search, "_critical", lambda _, task=task: (task,))
+        trials.known[0.5] = part
+        search._learn(part, trial_of({task: 0.02}, 0.5, None))
+        assert trials.critical == critical
+        assert trials.cut_has_more == pytest.approx(more)
