@@ -4,12 +4,14 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from design_rig import designed
 from tempo_rig import KEPT, is_cut, plan_with, search_for, ten_steps, trial_of
 
 from drake_quad.errors import PlanningError
 from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.speed_curve import TIMES
 from drake_quad.gait_design.tempo import TempoTrial
+from drake_quad.gait_design.tempo_planner import GaitChoice
 from drake_quad.gait_design.tempo_search import SLOWER, SearchStoppedError
 from drake_quad.gait_design.tempo_trials import Trials
 from drake_quad.scenario.config import Scenario
@@ -133,6 +135,24 @@ def test_a_speed_that_is_asked_for_is_met_on_the_course_itself() -> None:
     search._planner.refused = True  # no plan is asked for here
     search.quickest(0.1, 0.05)
     assert not search._planner.cut
+
+
+def test_a_course_without_long_flights_is_not_planned_twice(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A trial of all tasks, from scratch, is the answer: there is nothing to cut short."""
+    tried: list[float] = []
+
+    def plan(scenario: Scenario, *given: Any, walks: Walks | None, **_: object) -> TempoTrial:
+        tried.append(given[2].switch)
+        return trial_of({k: 0.2 for k in (1, 2, 3)}, given[2].switch, walks)
+
+    plan_with(monkeypatch, plan)
+    slow = designed()
+    search = search_for(GaitChoice(slow.scenario, slow.design, planned=True))
+    search._parts = False
+    found = search.quickest(None, 0.1)
+    assert found is not None and found.whole and len(tried) == len(set(tried))
 
 
 def test_a_curve_is_of_the_course_itself(monkeypatch: pytest.MonkeyPatch) -> None:
