@@ -91,7 +91,7 @@ class TempoSearch:
         # Times at the switches with which the robot would fall over [s], by share of a leg.
         self._fallen: dict[float, set[float]] = {}
         self._lowered = 0.0
-        # Times that no trial had a plan with, of swings (by ratio) and at the switches [s].
+        # Times that a trial had no plan with, of swings (by ratio) and at the switches [s].
         self._without: set[tuple[float, float]] = set()
         self._has_plan = gait.planned  # whether there was any plan, or is one with slow times
 

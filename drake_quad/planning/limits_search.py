@@ -9,7 +9,8 @@ leads further beyond limits is taken all the same: the next program sees limits 
 that is near its limits has no trust region until a step leads astray, and that step is not taken.
 
 The path of most margin may be so far beyond limits that the half-planes along it are of no use.
-Then the search begins with the route, whose poses a gait was designed for.
+Then the search begins with the route, whose poses a gait was designed for. If that costs much of
+the margin, another begins with the path of most margin all the same, and the better path is taken.
 """
 
 from contextlib import suppress
@@ -43,7 +44,9 @@ NEARER = 0.5  # of how short that is: the route has to be that near to be begun 
 ASTRAY = 2.0  # times as far beyond limits as before: a step without a trust region is not taken
 REACHED = 1e-3  # [m] less margin than the program believes in, with which a path is good
 SHORT_PRICE = 7.5  # metres of margin for one beyond limits, much as in the program
-HOPED = 0.75  # of the margin of the path of most margin: with less it is begun with, after all
+# Of the margin of the path of most margin. Where a search that began with the route finds less, one
+# begins with that path, too.
+HOPED = 0.75
 SETTLED = 1e-3  # [m] of margin that one more pass gains, and another is not worth its time
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from design_rig import designed
 from rig import paper_robot
-from tempo_rig import trial_of
+from tempo_rig import plan_with, trial_of
 
 from drake_quad.errors import PlanningError
-from drake_quad.gait_design import tempo_planner, tempo_search
+from drake_quad.gait_design import tempo_planner
 from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.preference import RequiredMargins
 from drake_quad.gait_design.tempo import Tempo, TempoTrial, least_margin, try_tempo, usual_tempo
@@ -53,12 +53,7 @@ def test_trials_are_of_the_walks_with_the_least_margin(
         margins = {1: 0.07 * switch, 2: spin if switch < 0.6 else 0.08, 3: 0.05 * switch}
         return trial_of(margins, switch, walks)
 
-    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
-    monkeypatch.setattr(tempo_planner, "least_margin", lambda *_: np.inf)
-    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
-    for module in (tempo_planner, tempo_search):
-        monkeypatch.setattr(module, "keeps_all_else", lambda *_: True)
-    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    plan_with(monkeypatch, plan)
     slow, kept = designed(), RequiredMargins(0.025, 0.0)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     notes: list[str] = []
@@ -112,11 +107,7 @@ def test_an_answer_found_from_other_plans_is_planned_anew(monkeypatch: pytest.Mo
         warm_starts[1] = slow.plan.plans[1]
         return replace(trial_of({1: 0.05 * switch - 4e-3 * anew}, switch, None), from_scratch=anew)
 
-    monkeypatch.setattr(tempo_planner, "try_tempo", plan)
-    monkeypatch.setattr(tempo_planner, "zmp_margin", lambda *_: np.inf)
-    for patched in (tempo_planner, tempo_search):
-        monkeypatch.setattr(patched, "keeps_all_else", lambda *_: True)
-    monkeypatch.setattr(TempoTrial, "speed", property(lambda self: 1.0 / self.tempo.switch))
+    plan_with(monkeypatch, plan)
     kept = RequiredMargins(0.025, 0.0)
     gait = GaitChoice(slow.scenario, slow.design, planned=True)
     search = TempoSearch(gait, slow, paper_robot(), kept, "check")
