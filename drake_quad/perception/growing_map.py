@@ -6,8 +6,9 @@ map by the heights of the treads, for a step more or less is a whole rise. Nosin
 again are told anew, from nearer; those that the camera has passed stay as they were, for feet stand
 on them. The lane stays the one of the first look.
 
-The map's heights are those of the treads as first seen. What the feet stand higher than that is
-taken off each later look, so that the treads ahead fit those below.
+The map's heights are those of the treads as first seen, or as feet have found them since
+(`touchdown_heights`). What the feet stand higher than that is taken off each later look, so that
+the treads ahead fit those below.
 """
 
 from dataclasses import replace
@@ -15,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_quad.common import FloatArray
+from drake_quad.common import FloatArray, IntArray
 from drake_quad.errors import PlanningError
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
@@ -250,16 +251,21 @@ def grow_map(
     told = np.arange(found.first + found.below, count)
     before = np.concatenate([known.place_errors, np.full(size - len(known.places), np.inf)])
     better = found.place_errors[found.below :] <= before[told]
-    told = told[better]
+    # Heights that feet have told are not told anew, because no image is that good.
+    touched = np.concatenate([known.touched_treads, np.zeros(size - len(known.places), dtype=bool)])
+    higher = better & ~touched[told]
     columns = []
-    for old, new in (
-        (known.places, found.places), (known.heights, found.heights),
-        (known.place_errors, found.place_errors), (known.height_errors, found.height_errors),
+    for old, new, which in (
+        (known.places, found.places, better), (known.heights, found.heights, higher),
+        (known.place_errors, found.place_errors, better),
+        (known.height_errors, found.height_errors, higher),
     ):  # fmt: skip
         column = np.concatenate([old, np.full(size - len(old), np.inf)])
-        column[told] = new[found.below :][better]
+        column[told[which]] = new[found.below :][which]
         columns.append(column)
     places, heights, place_errors, height_errors = columns
+    correlation = _correlation(known, belief, size, told[higher], told[higher] - found.first)
+    told = told[better]
     seen_in = [*known.seen_in, *[look] * (size - len(known.places))]
     for k in told:
         seen_in[k] = look
@@ -288,6 +294,7 @@ def grow_map(
         heights=heights,
         place_errors=place_errors,
         height_errors=height_errors,
+        height_correlation=correlation,
         error_place=float(place_errors.max()),
         error_height=float(height_errors.max()),
         complete=complete,
@@ -295,6 +302,25 @@ def grow_map(
         seen_in=tuple(seen_in),
     )
     return trust(grown, reach=reach, yaw_sigma=0.0)
+
+
+def _correlation(
+    known: StairMap, belief: StairBelief, size: int, told: IntArray, seen: IntArray
+) -> FloatArray:
+    """How errors of heights go together: of those told anew, and of those that stay.
+
+    Args:
+        known: The map before.
+        belief: What was seen.
+        size: How many steps the map has now.
+        told: Indices in the map of the heights that are told anew.
+        seen: Their indices in the belief.
+    """
+    found = np.eye(size)
+    stay = np.setdiff1d(np.arange(len(known.heights)), told)
+    found[np.ix_(stay, stay)] = known.height_correlation[np.ix_(stay, stay)]
+    found[np.ix_(told, told)] = belief.height_correlation[np.ix_(seen, seen)]
+    return found
 
 
 def _doubt(width: float, turning: float) -> str:

@@ -38,16 +38,19 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class MapRevision:
-    """A further look, and the map that came of it; arrays cannot be written to.
+    """A further look, or what feet have found, and the map that came of it.
+
+    Arrays cannot be written to.
 
     Attributes:
         number: Its number: 0 of the look from the start, then one more each.
-        stamp: Time of the image [s].
+        stamp: Time of the image, or of the last touchdown [s].
         belief: The stairs that it showed; None if it showed none.
         level: What it showed beyond the last nosing; None if it showed no flight up.
         map: The map since then; that of before where nothing came of it.
         reason: Why nothing came of it; empty if something did.
         depth: The image [m], (height, width); 0 where there is none.
+        looked: Whether it is a look; else it has what feet have found, and no image.
     """
 
     number: int
@@ -57,6 +60,7 @@ class MapRevision:
     map: StairMap
     reason: str = ""
     depth: FloatArray = field(default_factory=lambda: np.zeros((1, 1)), repr=False)
+    looked: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", read_only(self.depth))

@@ -104,6 +104,14 @@ class StairBelief:
         n = len(self.places)
         return np.asarray(np.sqrt(np.diag(self.covariance)[n : 2 * n + 1]))
 
+    @property
+    def height_correlation(self) -> FloatArray:
+        """How the errors of the treads' heights go together, without the floor's, (n, n)."""
+        n = len(self.places)
+        C = self.covariance[n + 1 : 2 * n + 1, n + 1 : 2 * n + 1]
+        sigmas = np.sqrt(np.diag(C))
+        return np.asarray(C / np.outer(sigmas, sigmas))
+
     def estimate(self, which: str) -> Estimate:
         """`yaw`, `overhang`, `rise` or `run` with its deviation."""
         return Estimate(value=float(getattr(self, which)), sigma=self.sigma(which))

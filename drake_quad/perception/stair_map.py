@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_quad.common import FloatArray, read_only
+from drake_quad.common import BoolArray, FloatArray, read_only
 from drake_quad.errors import PlanningError
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.stair_belief import NORMAL_95, StairBelief
@@ -40,6 +40,8 @@ class StairMap:
         place_errors: Half of the 95 % interval of each place, (n,) [m]; of a map of first steps as
             it is within half a stance's width of the lane.
         height_errors: The same of each height, (n,) [m].
+        height_correlation: How the heights' errors go together, (n, n): those of one look are
+            mostly the camera's own, and grow with the distance.
         error_place: How far a riser may be off within half a stance's width of the lane [m].
         error_height: How far a tread may be off in height [m].
         turning_space: Length and width of the smallest landing that the robot may turn on [m].
@@ -49,6 +51,7 @@ class StairMap:
         trusted: How many of the first nosings are known well enough to be planned on.
         doubt: Why a flight that was seen to its end is not complete all the same; else empty.
         seen_in: Number of the look that told each nosing, (n,).
+        touched: Whether feet have told each height, (n,); empty if none.
     """
 
     elements: tuple[Element, ...]
@@ -59,6 +62,7 @@ class StairMap:
     heights: FloatArray
     place_errors: FloatArray
     height_errors: FloatArray
+    height_correlation: FloatArray
     error_place: float
     error_height: float
     turning_space: float = TURNING_SPACE
@@ -67,10 +71,25 @@ class StairMap:
     trusted: int = 0
     doubt: str = ""
     seen_in: tuple[int, ...] = ()
+    touched: tuple[bool, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("origin", "places", "heights", "place_errors", "height_errors"):
+        for name in (
+            "origin",
+            "places",
+            "heights",
+            "place_errors",
+            "height_errors",
+            "height_correlation",
+        ):
             object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    @property
+    def touched_treads(self) -> BoolArray:
+        """Whether feet have told the height of each tread, (n,)."""
+        found = np.zeros(len(self.heights), dtype=bool)
+        found[: len(self.touched)] = self.touched
+        return found
 
     def course(self, *, foot_radius: float) -> Course:
         """The map laid out as a course.
@@ -211,6 +230,7 @@ def make_stair_map(
         heights=np.array(belief.heights[1:]),
         place_errors=NORMAL_95 * belief.place_sigmas,
         height_errors=NORMAL_95 * belief.height_sigmas[1:],
+        height_correlation=belief.height_correlation,
         error_place=error_place,
         error_height=float(NORMAL_95 * belief.height_sigmas[1:].max()),
         turning_space=turning_space,

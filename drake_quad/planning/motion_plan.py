@@ -126,6 +126,7 @@ class MotionPlan:
         course: The map that it was made on, where the map grows; None where it is the controller's
             from the beginning.
         goes_on: Whether another task follows, which is not known yet.
+        revises_map: Whether the map is revised by what feet have found before the next task.
         tables: The plan as arrays, for kernels.
     """
 
@@ -139,6 +140,7 @@ class MotionPlan:
     joined: float = 0.0
     course: Course | None = None
     goes_on: bool = False
+    revises_map: bool = False
     tables: PlanTables = field(init=False)
 
     def __post_init__(self) -> None:

@@ -82,12 +82,28 @@ class Onward:
         settings: The planner's settings, with the errors of that map.
         tasks: What to do.
         goes_on: Whether the robot is to look again at its end.
+        revise_before: Index in `tasks` of the one before which the map is revised by what feet have
+            found; None if it is not.
     """
 
     course: Course
     settings: PlanSettings
     tasks: tuple[Task, ...]
     goes_on: bool
+    revise_before: int | None = None
+
+
+def task_to_revise_before(tasks: Sequence[Task]) -> int | None:
+    """Before which task the map of a flight is revised by what feet have found on the way up.
+
+    Args:
+        tasks: The tasks; the first walk leads over the flight.
+
+    Returns:
+        The first task after that walk, if the robot comes back; else None.
+    """
+    walks = [k for k, task in enumerate(tasks) if task.kind == "walk"]
+    return walks[0] + 1 if len(walks) > 1 else None
 
 
 def why_not(error: DrakeQuadError) -> str:
@@ -148,10 +164,46 @@ def plan_onward(
         plans, pace = _plan(robot, course, settings, tasks, stance, lift_off_margin=lift_off_margin)
         doubt = doubtful_foothold(found, course, plans)
         if not doubt:
-            return Onward(course, pace, tasks, goes_on=False)
+            return Onward(
+                course, pace, tasks, goes_on=False, revise_before=task_to_revise_before(tasks)
+            )
         found = trust(unfinished(found, doubt), reach=0.0, yaw_sigma=0.0)
         course = found.course(foot_radius=robot.foot_radius)
     return _to_a_look(robot, course, settings, found, stance, eyes, lift_off_margin=lift_off_margin)
+
+
+def plan_way_back(
+    robot: RobotModel,
+    settings: PlanSettings,
+    found: StairMap,
+    tasks: tuple[Task, ...],
+    stance: Stance,
+    *,
+    lift_off_margin: float,
+) -> Onward:
+    """The rest of a mission on a map that feet have made better, planned on paper and checked.
+
+    Args:
+        robot: The robot.
+        settings: The planner's settings, with the errors that are allowed for on any map.
+        found: The map.
+        tasks: The tasks that are left.
+        stance: Where the robot stands.
+        lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
+
+    Raises:
+        PlanningError: There is no such plan, with the reason.
+        InputError: The map is no course.
+    """
+    course = found.course(foot_radius=robot.foot_radius)
+    plans, pace = _plan(
+        robot, course, with_map_errors(settings, found), tasks, stance,
+        lift_off_margin=lift_off_margin,
+    )  # fmt: skip
+    doubt = doubtful_foothold(found, course, plans)
+    if doubt:
+        raise PlanningError(doubt)
+    return Onward(course, pace, tasks, goes_on=False)
 
 
 def doubtful_foothold(found: StairMap, course: Course, plans: Sequence[MotionPlan]) -> str:

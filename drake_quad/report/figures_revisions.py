@@ -1,4 +1,4 @@
-"""How the map of a flight grew, look by look, against what there is."""
+"""How the map of a flight grew, look by look, and what feet made of it, against what there is."""
 
 import math
 from collections.abc import Mapping
@@ -22,11 +22,11 @@ COLOURS = (LESS_COLOUR, *THREE_COLOURS[:2])  # of looks, in turn
 
 @dataclass(frozen=True)
 class RevisionRow:
-    """A look, and the map since then, in words.
+    """A look, or what feet have found, and the map since then, in words.
 
     Attributes:
         name: Which look.
-        time: When its image was taken.
+        time: When its image was taken, or when a foot landed last.
         seen: What it showed.
         steps: How many steps the map has since then, and how many are planned on.
         inside: How many of its places and heights lie in their intervals.
@@ -42,32 +42,40 @@ class RevisionRow:
 
 
 def has_grown(run: RecordedRun) -> bool:
-    """Whether the robot looked again on its way."""
+    """Whether the robot looked again on its way, or its feet made the map better."""
     return len(entries_of(run.seen, "revisions")) > 1
 
 
-def look_times(run: RecordedRun) -> list[tuple[int, float]]:
-    """Numbers and times [s] of the looks on the way, without the one from the start."""
+def revision_times(run: RecordedRun) -> list[tuple[str, float]]:
+    """Names and times [s] of the map's revisions on the way, without the look from the start."""
     found = []
     for number, entry in enumerate(entries_of(run.seen, "revisions")):
         stamp = look_up(entry, "stamp")
         if number and math.isfinite(stamp):
-            found.append((number, stamp))
+            found.append((revision_name(number, entry), stamp))
     return found
 
 
+def revision_name(number: int, entry: Mapping[str, Any]) -> str:
+    """What a revision of the map is called."""
+    if entry.get("looked") is False:
+        return "by the feet"
+    return f"look {number}" if number else "from the start"
+
+
 def draw_looks(axis: Axes, run: RecordedRun) -> None:
-    """Marks the looks on the way in axes over time."""
-    for number, stamp in look_times(run):
+    """Marks the looks on the way, and when feet have made the map better, in axes over time."""
+    for name, stamp in revision_times(run):
         axis.axvline(stamp, color=LESS_COLOUR, lw=1.2, zorder=2.5)
         axis.annotate(
-            f"look {number}", (stamp, 0.02), xycoords=("data", "axes fraction"), rotation=90,
+            name if name.startswith("look") else f"map {name}", (stamp, 0.02),
+            xycoords=("data", "axes fraction"), rotation=90,
             color=LESS_COLOUR, ha="right", va="bottom", annotation_clip=True,
         ).set_in_layout(False)  # fmt: skip
 
 
 def revision_rows(run: RecordedRun) -> list[RevisionRow]:
-    """The looks in order of time; none of a run that looked once."""
+    """The looks in order of time, and what feet found; none where the map stayed as first seen."""
     if not has_grown(run):
         return []
     rows = []
@@ -80,7 +88,9 @@ def revision_rows(run: RecordedRun) -> list[RevisionRow]:
         ]
         steps, trusted = (look_up(entry, key) for key in ("steps", "planned_on"))
         known = f"{steps:.0f}" if math.isfinite(steps) else "–"
-        if entry.get("complete") is True:
+        if entry.get("looked") is False:
+            outcome, planned = "the rest is planned on it", ""
+        elif entry.get("complete") is True:
             outcome, planned = "its end is seen", ""
         else:
             outcome = "goes on as far as it knows"
@@ -88,7 +98,7 @@ def revision_rows(run: RecordedRun) -> list[RevisionRow]:
         stamp = look_up(entry, "stamp")
         rows.append(
             RevisionRow(
-                "from the start" if number == 0 else f"look {number}",
+                revision_name(number, entry),
                 f"{stamp:.1f} s" if math.isfinite(stamp) else "–",
                 str(entry.get("words", "")),
                 known + planned,
@@ -100,16 +110,23 @@ def revision_rows(run: RecordedRun) -> list[RevisionRow]:
 
 
 def draw_revisions(run: RecordedRun) -> Figure:
-    """The flight from the side, with the nosings as each look told them; then their errors."""
+    """The flight from the side, with the nosings as looks and feet told them; then their errors."""
     figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
     side, places, heights = figure.subplots(3, 1, sharex=True, height_ratios=[2.2, 1.0, 1.0])
     last: FloatArray = np.zeros((0, 2))
+    touched_before = 0
     for number, entry in enumerate(entries_of(run.seen, "revisions")):
-        colour, name = (
-            COLOURS[number % len(COLOURS)],
-            f"look {number}" if number else "the first look",
-        )
-        mine = [n for n in entries_of(entry, "nosings") if look_up(n, "look") == number]
+        colour = COLOURS[number % len(COLOURS)]
+        nosings = entries_of(entry, "nosings")
+        touched = sum(n.get("touched") is True for n in nosings)
+        more = touched > touched_before
+        by_feet = entry.get("looked") is False
+        name = "the feet" if by_feet else f"look {number}" if number else "the first look"
+        mine = [
+            n for n in nosings
+            if look_up(n, "look") == number or (more and n.get("touched") is True)
+        ]  # fmt: skip
+        touched_before = touched
         table = np.array([_figures(n) for n in mine], dtype=float).reshape(-1, 6)
         table = table[np.isfinite(table[:, :4]).all(axis=1)]
         if not len(table):

@@ -103,11 +103,12 @@ FIGURES = (
     ),
     FigureKind(
         "revisions",
-        "How the map grew",
-        "The robot had not seen the end of the flight from its start. It climbed the steps that it "
-        "knew, stood on a tread, and looked again. Nosings are drawn as each look told them, with "
-        "their intervals of 95 %; below are the errors. The ground is drawn as it is; the robot "
-        "was not told.",
+        "How the map changed",
+        "If the end of a flight is not seen from the start, the robot climbs the steps that it "
+        "knows, stands on a tread, and looks again. A foot that lands tells how high its tread is. "
+        "Nosings are drawn as each look told them, and as feet have found them, with their "
+        "intervals of 95 %; below are the errors. The ground is drawn as it is; the robot was not "
+        "told.",
         draw_revisions,
         wanted=has_grown,
     ),

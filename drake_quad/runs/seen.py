@@ -170,18 +170,28 @@ def _revision(revision: MapRevision, world: Course) -> dict[str, Any]:
                 "place": _compare(place, place_width, float(true[k, 0]) if there else None),
                 "height": _compare(height, height_width, float(true[k, 1]) if there else None),
                 "look": known.seen_in[k],
+                "touched": bool(known.touched_treads[k]),
             }
         )
     return {
         "number": revision.number,
+        "looked": revision.looked,
         "stamp": revision.stamp,
-        "words": describe_belief(revision.belief),
+        "words": _words(revision),
         "reason": revision.reason,
         "steps": len(known.places),
         "planned_on": known.trusted,
         "complete": known.complete,
         "nosings": nosings,
     }
+
+
+def _words(revision: MapRevision) -> str:
+    """What a revision is made of, in a few words for people."""
+    if revision.looked:
+        return describe_belief(revision.belief)
+    touched = int(revision.map.touched_treads.sum())
+    return f"its feet stood on {touched} of {len(revision.map.heights)} steps"
 
 
 def seen_figures(told: Mapping[str, Any]) -> dict[str, Any]:
@@ -221,7 +231,8 @@ def _figures_of_map(told: Mapping[str, Any]) -> dict[str, Any]:
         [row[name] for row in last.get("nosings", [])] for name in ("place", "height")
     )
     return {
-        "looks": max(1, len(revisions)),
+        "looks": max(1, sum(entry["looked"] for entry in revisions)),
+        "map_treads_touched": sum(row["touched"] for row in last["nosings"]) if last else None,
         "map_steps": last.get("steps"),
         "map_complete": last.get("complete"),
         "map_place_error_max": _largest(places),

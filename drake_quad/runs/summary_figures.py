@@ -293,13 +293,14 @@ SUMMARY = (
     Figure("seen.looks", "", "From how many places it looked: 1, or more where the map grew on the "
            "way; the other figures are of the first look"),
     Figure("seen.map_steps", "", "How many steps the map had in the end; this and the next ones "
-           "are null where it did not grow"),
+           "are null where the map stayed as it was first seen"),
     Figure("seen.map_complete", "", "Whether the flight's end was seen in the end", "verdict"),
     Figure("seen.map_place_error_max", "m", "Greatest error of a nosing's place in the map as it "
            "was in the end, along its lane"),
     Figure("seen.map_places_inside", "", "Share of its nosings whose place lies in its 95 % "
            "interval"),
     Figure("seen.map_height_error_max", "m", "Greatest error of a nosing's height in it"),
+    Figure("seen.map_treads_touched", "", "Number of its treads whose height feet have told"),
     Figure("seen.map_heights_inside", "", "Share of its nosings whose height lies in its 95 % "
            "interval"),
     Figure("seen.box_inside", "", "Whether the true stairs are in the box of stairs that each map "

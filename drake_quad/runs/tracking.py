@@ -143,7 +143,7 @@ def tracking_figures(
         robot: The robot.
         within: The tolerances.
         plans: Plans that were followed, see `track`.
-        proven: Those of them that a proof made before the run is about.
+        proven: Those of them that a proof is about.
         period: The controller's, see `track` [s].
 
     Returns:

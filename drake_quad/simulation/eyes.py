@@ -197,22 +197,35 @@ def _AddCamera(
         portrait=scenario.perception.camera_hold == "portrait",
         period=period,
     )
-    pose = builder.AddSystem(BasePose(robot=robot, layout=make_layout(plant, robot)))
-    told = controller if controller.HasOutputPort("robot_state_estimated") else None
-    state = (
-        plant.get_state_output_port()
-        if told is None
-        else told.GetOutputPort("robot_state_estimated")
-    )
-    builder.Connect(state, pose.GetInputPort("robot_state_estimated"))
-    if told is not None:
+    pose = _AddPose(builder, prepared)
+    if controller.HasOutputPort("estimator_deviation"):
         builder.Connect(
-            told.GetOutputPort("estimator_deviation"), eyes.GetInputPort("estimator_deviation")
+            controller.GetOutputPort("estimator_deviation"),
+            eyes.GetInputPort("estimator_deviation"),
         )
     builder.Connect(
         pose.GetOutputPort("base_pose_estimated"), eyes.GetInputPort("base_pose_estimated")
     )
     return eyes, pose
+
+
+def _AddPose(builder: DiagramBuilder, prepared: PreparedScenario) -> BasePose:
+    """Adds what tells base and feet, of the state that the controller has.
+
+    Args:
+        builder: Builder that holds plant and controller by these names.
+        prepared: The robot and its scenario.
+    """
+    plant = builder.GetSubsystemByName("plant")
+    controller = builder.GetSubsystemByName("controller")
+    pose: BasePose = builder.AddSystem(
+        BasePose(robot=prepared.robot, layout=make_layout(plant, prepared.robot))
+    )
+    state = plant.get_state_output_port()
+    if controller.HasOutputPort("robot_state_estimated"):
+        state = controller.GetOutputPort("robot_state_estimated")
+    builder.Connect(state, pose.GetInputPort("robot_state_estimated"))
+    return pose
 
 
 def AddLandmarks(builder: DiagramBuilder, prepared: PreparedScenario) -> LandmarkFinder:
@@ -254,7 +267,7 @@ def look_period(perception: PerceptionConfig) -> float:
 
 
 def AddGrowingMap(builder: DiagramBuilder, prepared: PreparedScenario) -> MapKeeper:
-    """Adds the eyes, and the MapKeeper through which the controller has what they see on the way.
+    """Adds the MapKeeper of a map that was seen, and the eyes if the robot looks again on its way.
 
     Args:
         builder: Builder that holds plant, controller and contact monitor by these names.
@@ -266,7 +279,12 @@ def AddGrowingMap(builder: DiagramBuilder, prepared: PreparedScenario) -> MapKee
     perception, sight = prepared.scenario.perception, prepared.sight
     assert sight is not None and sight.map is not None
     controller = builder.GetSubsystemByName("controller")
-    estimator = AddEyes(builder, prepared, landing=perception.landing)
+    looks = not sight.map.complete
+    if looks:
+        estimator = AddEyes(builder, prepared, landing=perception.landing)
+        pose = builder.GetSubsystemByName("base_pose")
+    else:
+        pose = _AddPose(builder, prepared)
     first = MapRevision(0, sight.stamp, sight.belief, sight.level, sight.map, depth=sight.depth)
     settings = MapSettings(
         landing=perception.landing,
@@ -275,17 +293,23 @@ def AddGrowingMap(builder: DiagramBuilder, prepared: PreparedScenario) -> MapKee
         back=way_back(prepared.scenario),
     )
     keeper: MapKeeper = builder.AddSystem(MapKeeper(first=first, settings=settings))
-    camera, pose = (builder.GetSubsystemByName(name) for name in ("depth_camera", "base_pose"))
-    for system, output, sink, port in (
-        (keeper, "looking", camera, "looking"),
-        (keeper, "map_known", estimator, "map_known"),
+    wires = [
         (keeper, "map_known", controller, "map_known"),
         (controller, "gait_phase", keeper, "gait_phase"),
         (controller, "motion_plan", keeper, "motion_plan"),
-        (estimator, "stairs", keeper, "stairs"),
-        (camera, "depth_measured", keeper, "depth_measured"),
         (pose, "feet_estimated", keeper, "feet"),
-    ):
+    ]
+    if looks:
+        camera = builder.GetSubsystemByName("depth_camera")
+        wires += [
+            (keeper, "looking", camera, "looking"),
+            (keeper, "map_known", estimator, "map_known"),
+            (estimator, "stairs", keeper, "stairs"),
+            (camera, "depth_measured", keeper, "depth_measured"),
+        ]
+    if controller.HasOutputPort("estimator_deviation"):
+        wires.append((controller, "estimator_deviation", keeper, "estimator_deviation"))
+    for system, output, sink, port in wires:
         builder.Connect(system.GetOutputPort(output), sink.GetInputPort(port))
     builder.Connect(_contacts(builder), keeper.GetInputPort("contacts"))
     return keeper

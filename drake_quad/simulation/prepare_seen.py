@@ -26,6 +26,7 @@ from drake_quad.planning.onward import (
     doubtful_foothold,
     plan_onward,
     round_up,
+    task_to_revise_before,
     with_map_errors,
 )
 from drake_quad.planning.problem import Task, derive_mission
@@ -176,6 +177,8 @@ def plan_on_sight(
         if task.kind == "spin":
             check_turning_width(robot, motion, course.lanes[task.lane])
     doubt = doubtful_foothold(found, course, plan.plans)
+    back = task_to_revise_before(tasks)
+    growth = None if back is None else _growth(scenario, robot, told, revise_before=back)
     if doubt:
         assert sight.belief is not None
         first_steps = trust(
@@ -191,7 +194,24 @@ def plan_on_sight(
         tasks=tasks,
         plan=plan,
         sight=replace(sight, map=found),
+        growth=growth,
     )
+
+
+def _growth(
+    scenario: Scenario, robot: RobotModel, told: Scenario, *, revise_before: int | None = None
+) -> Growth:
+    """How to plan on with the gait of `told`; the errors of maps come to those of the scenario."""
+    own = scenario.gait
+    settings = replace(
+        plan_settings(told),
+        map_error_place=own.map_error_place,
+        map_error_height=own.map_error_height,
+    )
+    return Growth(
+        settings, eyes_of(scenario, robot), scenario.controller.lift_off_margin,
+        back_down=scenario.perception.no_way_on == "back_down", revise_before=revise_before,
+    )  # fmt: skip
 
 
 def _designed(told: Scenario, robot: RobotModel, found: StairMap, *, source: str) -> Scenario:
@@ -210,18 +230,14 @@ def _plan_first_steps(
     robot = blind.robot
     shape = imagined(scenario, found)
     told = _designed(scenario_of_map(scenario, shape), robot, shape, source=source)
-    own = scenario.gait
-    settings = replace(
-        plan_settings(told),
-        map_error_place=own.map_error_place,
-        map_error_height=own.map_error_height,
-    )
-    growth = Growth(
-        settings, eyes_of(scenario, robot), scenario.controller.lift_off_margin,
-        back_down=scenario.perception.no_way_on == "back_down",
-    )  # fmt: skip
+    growth = _growth(scenario, robot, told)
     onward = plan_onward(
-        robot, settings, found, blind.stance, growth.eyes, lift_off_margin=growth.lift_off_margin
+        robot,
+        growth.settings,
+        found,
+        blind.stance,
+        growth.eyes,
+        lift_off_margin=growth.lift_off_margin,
     )
     look = Task(kind="stand", name=LOOK, lane=0, duration=scenario.perception.look_time)
     tasks = (look, *onward.tasks)

@@ -29,7 +29,8 @@ class PreparedScenario:
         world: The course as it really is.
         disturbances: What the controller is not told.
         sight: What the map was made of; None if it was told.
-        growth: How to plan on where the robot looks again on its way; None if it does not.
+        growth: How to plan on where the robot looks again on its way, or where its feet make the
+            map better; None if neither.
         revisions: The maps that it had on its way, once it has been simulated.
         robot_digest: Digest of the robot's file as it was read.
     """

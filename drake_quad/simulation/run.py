@@ -36,7 +36,7 @@ from drake_quad.runs.seen import record_sight, seen_figures
 from drake_quad.runs.tracking import tracking_figures
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import checked_copy, load_scenario
-from drake_quad.simulation.belief_proof import keeps_proof, prove_believed
+from drake_quad.simulation.belief_proof import keeps_proof, prove_believed, stretches_of
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
 from drake_quad.simulation.plan_report import tolerances_of
@@ -76,9 +76,11 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
-    seen = None
+    seen, proven = None, p.plan.plans
     if p.sight is not None:
         seen = record_sight(p.sight, p.world, p.revisions, prove_believed(p, plans))
+        # Of plans on a map that has changed on the way there is a proof of its own.
+        proven = (*proven, *(plan for one in stretches_of(p, plans) for plan in one.plans))
     summary: dict[str, Any] = {
         "description": p.scenario.description,
         "outcome": outcome,
@@ -97,7 +99,7 @@ def result_of(
             p.robot,
             tolerances_of(p.scenario.certify.tolerances, p.robot),
             plans,
-            p.plan.plans,
+            proven,
             p.scenario.controller.period if p.scenario.simulation.mode == "physics" else 0.0,
         ),
         "seen": None if seen is None else seen_figures(seen.told),
@@ -209,7 +211,7 @@ def replay_plan(p: PreparedScenario) -> RunResult:
     reason = "kinematic replay of the plan: no physics, nothing measured"
     if p.sight is not None and p.sight.refused:
         outcome, reason = "stopped", p.sight.refused
-    elif p.growth is not None:
+    elif p.growth is not None and p.growth.revise_before is None:
         outcome, reason = "stopped", "a kinematic replay does not look again from a tread"
     result = result_of(p, outcome, reason, table, plans, simulated=float(times[-1]), wall=wall)
     result.summary["overlaps"] = list(touches.deepest[:LISTED])
@@ -331,7 +333,7 @@ def _simulate(
 
 def _planned_time(p: PreparedScenario, climb: StairClimb, context: Context) -> float:
     """How long what is planned so far takes, if the gait clock never waits [s]."""
-    if p.growth is None:
+    if p.growth is None or p.growth.revise_before is not None:
         return p.plan.duration
     return sum(plan.duration for plan in _plans(climb, context) if plan.revision == 0)
 
@@ -369,11 +371,15 @@ def _as_it_grew(
         return p
     keeper: MapKeeper = climb.diagram.GetSubsystemByName("map_keeper")
     planner = _planner_of(climb)
-    planned_on = planner.map_number(planner.GetMyContextFromRoot(context))
+    mine = planner.GetMyContextFromRoot(context)
+    planned_on, refused = planner.map_number(mine), planner.refused(mine)
+    if refused:
+        reason = f"the map of before stays, because the rest has no plan on this one: {refused}"
     revisions = with_reason(
         keeper.revisions(keeper.GetMyContextFromRoot(context)), planned_on, reason
     )
-    course = revisions[-1].map.course(foot_radius=p.robot.foot_radius)
+    known = revisions[planned_on if refused else -1].map
+    course = known.course(foot_radius=p.robot.foot_radius)
     return replace(p, course=course, revisions=revisions)
 
 

@@ -1,15 +1,24 @@
-"""MapKeeper: the map of what was seen, which grows with each look from a tread."""
+"""MapKeeper: the map of what was seen, which grows with each look, and which feet make better."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, EventStatus, LeafSystem, State
 
+from drake_quad.common import BoolArray, FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
-from drake_quad.errors import DrakeQuadError
+from drake_quad.errors import DrakeQuadError, PlanningError
 from drake_quad.perception.growing_map import grow_map
 from drake_quad.perception.sight import MapRevision
+from drake_quad.perception.stair_map import StairMap
+from drake_quad.perception.touchdown_heights import (
+    TouchdownHeights,
+    add_touchdown,
+    heights_as_seen,
+    heights_on_grown_map,
+    map_with_touchdowns,
+)
 from drake_quad.planning.motion_plan import MotionPlan
 from drake_quad.planning.onward import LOOK_AGAIN, why_not
 from drake_quad.systems.depth_camera import NO_IMAGE, DepthImage
@@ -18,6 +27,7 @@ from drake_quad.terrain.elements import Element
 
 LONGEST_WAIT = 5.0  # [s] for an image
 AT_REST = 0.3  # [s] after a robot has come to stand, from which on an image of it counts
+FIRM = 0.2  # [s] after a foot has touched, from which on it stands firmly
 
 
 @dataclass(frozen=True)
@@ -45,11 +55,21 @@ class MapMemory:
         revisions: The map's revisions so far, that of the start first.
         task: Index of the look under way; -1 for none.
         since: When it began [s].
+        bearing_since: When each foot began to bear without a break [s]; infinite if it does not.
+        counted: Which feet have been counted since they did.
+        heights: What feet have told of the heights; None until one has landed on a tread.
+        touched_at: When one landed last [s].
+        closed: Whether the map is no longer made better by feet.
     """
 
     revisions: tuple[MapRevision, ...]
     task: int = -1
     since: float = np.inf
+    bearing_since: FloatArray = field(default_factory=lambda: np.full(4, np.inf))
+    counted: BoolArray = field(default_factory=lambda: np.zeros(4, dtype=bool))
+    heights: TouchdownHeights | None = None
+    touched_at: float = -np.inf
+    closed: bool = False
 
     def __deepcopy__(self, memo: object) -> "MapMemory":
         """It never changes, so that Drake may copy a Context without copying it."""
@@ -62,6 +82,10 @@ class MapKeeper(LeafSystem):
     A look is the last task that the plan under way leads to, a stand by the name LOOK_AGAIN. Once
     the gait clock is past it, the newest image of it counts.
 
+    Each foot that has landed on the way up tells how high its tread is. The map has these heights
+    from the next look on; or, if the flight was seen to its end, once the clock is past a plan with
+    `revises_map`.
+
     Input ports:
         gait_phase: See GaitPhase.
         motion_plan: The MotionPlan of the task under way (abstract).
@@ -69,6 +93,7 @@ class MapKeeper(LeafSystem):
         depth_measured: DepthImage, the newest.
         feet: (12,) points of the feet on the ground in W [m], leg by leg (FL, FR, RL, RR).
         contacts: (4,) of each foot; it stands where this is more than 0.5.
+        estimator_deviation: (9,) see StateEstimator; need not be connected: then the state is true.
     Output ports:
         map_known: MapRevision, the newest.
         looking: (1,) 1 while images are wanted.
@@ -91,6 +116,7 @@ class MapKeeper(LeafSystem):
         self._image = self.DeclareAbstractInputPort("depth_measured", AbstractValue.Make(NO_IMAGE))
         self._feet = self.DeclareVectorInputPort("feet", 12)
         self._contacts = self.DeclareVectorInputPort("contacts", 4)
+        self._deviation = self.DeclareVectorInputPort("estimator_deviation", 9)
         self._kept = self.DeclareAbstractState(AbstractValue.Make(MapMemory((first,))))
         self._newest = self.DeclareAbstractState(AbstractValue.Make(first))
         self.DeclareStateOutputPort("map_known", self._newest)
@@ -111,50 +137,126 @@ class MapKeeper(LeafSystem):
         output[0] = float(self._of(context).task >= 0)
 
     def _update(self, context: Context, state: State) -> EventStatus:
-        kept, now = self._of(context), context.get_time()
+        before = self._of(context)
+        kept = before if before.closed else self._take_touchdowns(context, before)
         plan: MotionPlan = self._plan.Eval(context)
         task = int(self._phase.Eval(context)[GaitPhase.TASK])
-        looks = plan.segments[0].name == LOOK_AGAIN and plan.goes_on
+        if task != plan.index and plan.revises_map and not kept.closed:
+            kept = self._revised_by_feet(context, kept)
+        else:
+            kept = self._look(context, kept, plan, task)
+        if kept is before:
+            return EventStatus.DidNothing()
+        state.get_mutable_abstract_state(self._kept).set_value(kept)
+        if kept.revisions is not before.revisions:
+            state.get_mutable_abstract_state(self._newest).set_value(kept.revisions[-1])
+        return EventStatus.Succeeded()
+
+    def _look(self, context: Context, kept: MapMemory, plan: MotionPlan, task: int) -> MapMemory:
+        """Begins a look, or ends one; else the same memory."""
+        now = context.get_time()
         if kept.task < 0:
-            if not looks or task != plan.index:
-                return EventStatus.DidNothing()
-            self._keep(state, MapMemory(kept.revisions, task, now))
-            return EventStatus.Succeeded()
+            looks = plan.segments[0].name == LOOK_AGAIN and plan.goes_on
+            return replace(kept, task=task, since=now) if looks and task == plan.index else kept
         report: StairReport = self._stairs.Eval(context)
         if task == kept.task:
-            return EventStatus.DidNothing()
+            return kept
         last = kept.revisions[-1]
         if report.stamp >= kept.since + AT_REST:
-            revision = self._revise(context, last, report)
+            kept = self._revised_by_look(context, kept, report)
         elif now > kept.since + LONGEST_WAIT:
             depth = self._image.Eval(context).depth
             revision = MapRevision(
                 last.number + 1, now, None, None, last.map, "no image has come", depth
             )
+            kept = replace(kept, revisions=(*kept.revisions, revision))
         else:
-            return EventStatus.DidNothing()
-        self._keep(state, MapMemory((*kept.revisions, revision)))
-        state.get_mutable_abstract_state(self._newest).set_value(revision)
-        return EventStatus.Succeeded()
+            return kept
+        return replace(kept, task=-1, since=np.inf)
 
-    def _keep(self, state: State, kept: MapMemory) -> None:
-        state.get_mutable_abstract_state(self._kept).set_value(kept)
+    def _take_touchdowns(self, context: Context, kept: MapMemory) -> MapMemory:
+        """The memory with what feet tell that have come to stand firmly; else the same memory."""
+        now = context.get_time()
+        bears = self._contacts.Eval(context) > 0.5
+        since = np.where(bears, np.minimum(kept.bearing_since, now), np.inf)
+        counted = kept.counted & bears
+        firm = since <= now - FIRM
+        landed = np.flatnonzero(firm & ~counted)
+        if not len(landed) and np.array_equal(since, kept.bearing_since):
+            return kept
+        known, heights = kept.revisions[-1].map, kept.heights
+        if len(landed):
+            rows = np.flatnonzero(firm)
+            feet = self._feet.Eval(context).reshape(4, 3)[rows]
+            begun = heights or heights_as_seen(known, tilt_sigma=self._tilt_sigma(context))
+            found = begun
+            for row in np.searchsorted(rows, landed):
+                found = add_touchdown(found, known, feet, int(row))
+            # Before the flight all feet stand on the floor, which tells nothing of the treads.
+            heights = found if found.touchdowns.any() else heights
+        return replace(
+            kept, bearing_since=since, counted=counted | (firm & bears), heights=heights,
+            touched_at=now if len(landed) and heights is not None else kept.touched_at,
+        )  # fmt: skip
 
-    def _revise(self, context: Context, last: MapRevision, report: StairReport) -> MapRevision:
-        """The next revision of the map, of the newest look."""
+    def _tilt_sigma(self, context: Context) -> float:
+        """Deviation of the estimated tilt [rad]; 0 of a true state."""
+        if not self._deviation.HasValue(context):
+            return 0.0
+        return float(self._deviation.Eval(context)[:2].max())
+
+    def _revised_by_feet(self, context: Context, kept: MapMemory) -> MapMemory:
+        """The memory with a revision of the map by what the feet have told."""
+        last, heights = kept.revisions[-1], kept.heights
+        known, reason = last.map, ""
+        try:
+            known = self._with_touchdowns(known, heights)
+        except DrakeQuadError as problem:
+            reason = why_not(problem)
+        stamp = kept.touched_at if heights is not None else context.get_time()
+        revision = MapRevision(
+            last.number + 1, stamp, last.belief, last.level, known, reason, looked=False
+        )
+        return replace(kept, revisions=(*kept.revisions, revision), closed=True)
+
+    def _with_touchdowns(self, known: StairMap, heights: TouchdownHeights | None) -> StairMap:
+        """A map as the feet have found it.
+
+        Raises:
+            PlanningError: The feet contradict it.
+            InputError: It is no course.
+        """
+        if heights is None:
+            return known
+        if heights.contradicts:
+            raise PlanningError(
+                f"the feet contradict the map: a tread is {heights.off:.2f} m higher, or lower, "
+                "than it has",
+                off=heights.off,
+            )
+        refined = map_with_touchdowns(known, heights)
+        refined.course(foot_radius=self._settings.foot_radius)
+        return refined
+
+    def _revised_by_look(self, context: Context, kept: MapMemory, report: StairReport) -> MapMemory:
+        """The memory with the next revision of the map, of the newest look."""
         image: DepthImage = self._image.Eval(context)
         standing = self._contacts.Eval(context) > 0.5
         feet = self._feet.Eval(context).reshape(4, 3)[standing]
+        last, heights = kept.revisions[-1], kept.heights
         number, known, reason = last.number + 1, last.map, ""
         try:
             grown = grow_map(
-                known, report.belief, report.level, feet=feet, landing=self._settings.landing,
-                reach=self._settings.reach, look=number, back=self._settings.back,
+                self._with_touchdowns(known, heights), report.belief, report.level, feet=feet,
+                landing=self._settings.landing, reach=self._settings.reach, look=number,
+                back=self._settings.back,
             )  # fmt: skip
             grown.course(foot_radius=self._settings.foot_radius)
             known = grown
+            heights = heights and heights_on_grown_map(heights, known)
         except DrakeQuadError as problem:
             reason = why_not(problem)
-        return MapRevision(
+        revision = MapRevision(
             number, report.stamp, report.belief, report.level, known, reason, image.depth
         )
+        return replace(kept, revisions=(*kept.revisions, revision), heights=heights)

@@ -14,7 +14,7 @@ from drake_quad.perception.growing_map import describe_standing
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import describe_belief
 from drake_quad.planning.motion_plan import MotionPlan, Stance
-from drake_quad.planning.onward import Eyes, plan_onward, why_not
+from drake_quad.planning.onward import Eyes, plan_onward, plan_way_back, why_not
 from drake_quad.planning.plan_job import PlanJob, PlanMaker, RestJob, TaskJob
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.replan import project_to_map
@@ -29,19 +29,22 @@ AS_PLANNED = 0.01  # of a leg: by which feet may be off, and still stand as plan
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """How to plan on where the map grows.
+    """How to plan on where the map grows, or is revised.
 
     Attributes:
         settings: The planner's settings, with the errors that are allowed for on any map.
         eyes: The camera.
         lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
         back_down: Whether the robot goes back the way it came where there is no way on.
+        revise_before: Index of the task before which the map is revised by what feet have found, if
+            all of the mission is known from the start; None if the map is to grow.
     """
 
     settings: PlanSettings
     eyes: Eyes
     lift_off_margin: float
     back_down: bool = False
+    revise_before: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,10 @@ class KnownMission:
         mission: The tasks.
         revision: Number of the map's revision.
         goes_on: Whether there will be more tasks.
+        revise_before: Index of the task before which the map is revised by what feet have found;
+            None if it is not, or no longer.
+        planned_on: Number of the revision that was planned on last.
+        refused: Why nothing was planned on a later one that feet have made; empty if none.
         retreat: The plans of the walks that the last tasks lead back over, the last walk first.
         reason: Why the robot goes back; empty if it does not.
     """
@@ -63,12 +70,36 @@ class KnownMission:
     mission: tuple[Task, ...]
     revision: int
     goes_on: bool
+    revise_before: int | None = None
+    planned_on: int = 0
+    refused: str = ""
     retreat: tuple[MotionPlan, ...] = ()
     reason: str = ""
 
     def __deepcopy__(self, memo: object) -> "KnownMission":
         """It never changes, so that Drake may copy a Context without copying it."""
         return self
+
+
+def on_other_map(stance: Stance, before: Course, after: Course) -> Stance:
+    """A stance on another map, each foot as high over the ground there as it was before.
+
+    The body stays where it is, so that its desired pose never jumps.
+
+    Args:
+        stance: The stance on the map of before.
+        before: The map of before.
+        after: The other map.
+    """
+    if after is before:
+        return stance
+    x, y = stance.feet[:, 0], stance.feet[:, 1]
+    change = after.height(x, y) - before.height(x, y)
+    if not np.isfinite(change).any():
+        return stance
+    change = np.where(np.isfinite(change), change, np.nanmedian(change))
+    feet = stance.feet + change[:, None] * np.array([0.0, 0.0, 1.0])
+    return replace(stance, feet=feet)
 
 
 class TransitionPlanner(LeafSystem):
@@ -85,10 +116,13 @@ class TransitionPlanner(LeafSystem):
     is no way on, the run ends there, on four feet, and says why; if it is told to, the robot goes
     back the way it came before that.
 
+    Once a flight was walked up, the rest of the mission is planned on the map as feet have found
+    it. If it has no plan there, the map of before stays.
+
     Input ports:
         gait_phase: See GaitPhase.
         robot_state_estimated: [q; v] of the robot.
-        map_known: MapRevision, the newest (abstract), if the map grows.
+        map_known: MapRevision, the newest (abstract), if the map grows or is revised.
     Output ports:
         motion_plan: MotionPlan (abstract), frozen.
     """
@@ -120,7 +154,7 @@ class TransitionPlanner(LeafSystem):
             maker: Who makes plans while the robot stands and the clock goes on; without one they
                 are made within the update, and time stands still. What is being made is no part of
                 the Context.
-            growth: How to plan on where the map grows; None: it does not.
+            growth: How to plan on where the map grows, or is revised; None: it does not.
         """
         super().__init__()
         self.set_name("transition_planner")
@@ -130,7 +164,11 @@ class TransitionPlanner(LeafSystem):
         self._state_port = self.DeclareVectorInputPort("robot_state_estimated", layout.size)
         self._plan = self.DeclareAbstractState(AbstractValue.Make(object()))
         self._history = self.DeclareAbstractState(AbstractValue.Make(()))
-        known = KnownMission(course, settings, tuple(mission), 0, growth is not None)
+        revise_before = None if growth is None else growth.revise_before
+        known = KnownMission(
+            course, settings, tuple(mission), 0,
+            goes_on=growth is not None and revise_before is None, revise_before=revise_before,
+        )  # fmt: skip
         self._known = self.DeclareAbstractState(AbstractValue.Make(known))
         self._map_port = None
         if growth is not None:
@@ -149,7 +187,11 @@ class TransitionPlanner(LeafSystem):
 
     def map_number(self, context: Context) -> int:
         """Number of the map's revision that the newest stretch is planned on."""
-        return self._known_to(context).revision
+        return self._known_to(context).planned_on
+
+    def refused(self, context: Context) -> str:
+        """Why the rest was not planned on the map as feet have found it; empty if it was."""
+        return self._known_to(context).refused
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
         measured = self._layout.read(self._state_port.Eval(context))
@@ -170,19 +212,22 @@ class TransitionPlanner(LeafSystem):
         plan: MotionPlan = context.get_abstract_state(int(self._plan)).get_value()
         # The body goes on from where it was desired to be, so that its desired pose never jumps.
         if plan.index != task:
-            known = self._known_to(context)
-            if task >= len(known.mission):
+            before = known = self._known_to(context)
+            if task >= len(known.mission) or task == known.revise_before:
                 grown = self._grow(context, known, plan)
                 if not isinstance(grown, KnownMission):
                     return grown
                 state.get_mutable_abstract_state(int(self._known)).set_value(grown)
                 known = grown
-            if self._is_on_paper(plan) and self._is_as_planned(
-                plan, plan.duration, self._feet_on_map(context)
+            if (
+                known.course is before.course
+                and self._is_on_paper(plan)
+                and self._is_as_planned(plan, plan.duration, self._feet_on_map(context))
             ):
                 self._keep(context, state, self._planned[task])
                 return EventStatus.Succeeded()
-            job = self._task_job(task, self._stance_after(plan, context), known)
+            stance = on_other_map(self._stance_after(plan, context), before.course, known.course)
+            job = self._task_job(task, stance, known)
             return self._make(context, state, job, known)
         if plan.revision != revision:
             feet, time = self._feet_on_map(context), float(phase[GaitPhase.TIME])
@@ -232,16 +277,12 @@ class TransitionPlanner(LeafSystem):
             return EventStatus.DidNothing()  # it has not looked yet
         reason, stance = revision.reason, self._stance_after(plan, context)
         if not reason:
-            growth = self._growth
             try:
-                onward = plan_onward(
-                    self._robot, growth.settings, revision.map, stance, growth.eyes,
-                    lift_off_margin=growth.lift_off_margin,
-                )  # fmt: skip
-                mission = (*known.mission, *onward.tasks)
-                return KnownMission(
-                    onward.course, onward.settings, mission, revision.number, onward.goes_on
-                )
+                course = revision.map.course(foot_radius=self._robot.foot_radius)
+                begin = on_other_map(stance, known.course, course)
+                if known.revise_before is not None:
+                    return self._revise(known, revision, begin)
+                return self._extend(known, revision, begin)
             except DrakeQuadError as problem:
                 reason = why_not(problem)
         if self._growth.back_down:
@@ -250,6 +291,40 @@ class TransitionPlanner(LeafSystem):
             except DrakeQuadError as problem:
                 reason = f"{reason}; no way back: {why_not(problem)}"
         return self._stop(revision, stance, reason)
+
+    def _extend(self, known: KnownMission, revision: MapRevision, stance: Stance) -> KnownMission:
+        """The mission with its next stretch.
+
+        Raises:
+            DrakeQuadError: There is no way on.
+        """
+        assert self._growth is not None
+        onward = plan_onward(
+            self._robot, self._growth.settings, revision.map, stance, self._growth.eyes,
+            lift_off_margin=self._growth.lift_off_margin,
+        )  # fmt: skip
+        before = onward.revise_before
+        return KnownMission(
+            onward.course, onward.settings, (*known.mission, *onward.tasks), revision.number,
+            goes_on=onward.goes_on, planned_on=revision.number,
+            revise_before=None if before is None else len(known.mission) + before,
+        )  # fmt: skip
+
+    def _revise(self, known: KnownMission, revision: MapRevision, stance: Stance) -> KnownMission:
+        """The mission with its rest on a map that feet have made better, if it has a plan there."""
+        assert self._growth is not None and known.revise_before is not None
+        answered = replace(known, revision=revision.number, revise_before=None)
+        rest = known.mission[known.revise_before :]
+        try:
+            onward = plan_way_back(
+                self._robot, self._growth.settings, revision.map, rest, stance,
+                lift_off_margin=self._growth.lift_off_margin,
+            )  # fmt: skip
+        except DrakeQuadError as problem:
+            return replace(answered, refused=why_not(problem))
+        return replace(
+            answered, course=onward.course, settings=onward.settings, planned_on=revision.number
+        )
 
     def _retreat(
         self, context: Context, known: KnownMission, stance: Stance, reason: str
@@ -329,7 +404,10 @@ class TransitionPlanner(LeafSystem):
         known = known or self._known_to(context)
         if self._growth is not None:
             last = plan.index == len(known.mission) - 1
-            plan = replace(plan, course=known.course, goes_on=known.goes_on or not last)
+            plan = replace(
+                plan, course=known.course, goes_on=known.goes_on or not last,
+                revises_map=plan.index + 1 == known.revise_before,
+            )  # fmt: skip
         state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
         done: tuple[MotionPlan, ...] = context.get_abstract_state(int(self._history)).get_value()
         state.get_mutable_abstract_state(int(self._history)).set_value((*done, plan))

@@ -213,3 +213,39 @@ def test_people_are_told_where_it_stands() -> None:
     assert describe_standing(known, FEET[:3]) == "on four feet on steps 1 to 3"
     assert describe_standing(known, FEET[3:]) == "on four feet before the flight"
     assert describe_standing(known, FEET[:2]) == "on four feet on step 3"
+
+
+def test_heights_that_feet_have_told_are_not_told_anew() -> None:
+    """A look from nearer tells a step's place anew; its height too, unless feet have told that."""
+    known = replace(first_map(), height_errors=np.full(5, 0.001))
+    heights = np.array(known.heights)
+    heights[3:] += 0.004
+    stood = replace(known, heights=heights, touched=(False, False, False, True))
+    look = flight(3, 4, sigma=0.001)
+    one, other = (
+        grow_map(m, look, NOT_SEEN, feet=np.zeros((0, 3)), landing=2.0, reach=0.4, look=1)
+        for m in (stood, known)
+    )
+    np.testing.assert_array_equal(one.places, other.places)
+    assert one.heights[3] == heights[3] and other.heights[3] == known.heights[3]
+    assert one.height_errors[3] == 0.001 < other.height_errors[3] == one.height_errors[4]
+    assert one.heights[4] == other.heights[4] != heights[4]
+    assert one.touched_treads.tolist() == [False] * 3 + [True] + [False] * 3
+
+
+def test_heights_of_one_look_err_together_and_those_of_two_looks_do_not() -> None:
+    """Steps that stay as they were keep how they err; those told anew err as the look says."""
+    pair = np.array([[1.0, 0.9], [0.9, 1.0]])
+    before = np.eye(5)
+    before[:2, :2] = pair
+    known = replace(first_map(), height_correlation=before)
+    look = flight(3, 4, sigma=0.001)
+    covariance = np.array(look.covariance)
+    covariance[5:7, 5:7] = covariance[5, 5] * pair  # the first two of its treads
+    grown = grow_map(
+        known, replace(look, covariance=covariance), NOT_SEEN, feet=np.zeros((0, 3)), landing=2.0,
+        reach=0.4, look=1,
+    )  # fmt: skip
+    expected = np.eye(7)
+    expected[:2, :2] = expected[3:5, 3:5] = pair
+    np.testing.assert_allclose(grown.height_correlation, expected, atol=1e-12)

@@ -14,11 +14,11 @@ from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.sight import MapRevision, Sight
 from drake_quad.perception.stair_belief import StairBelief
 from drake_quad.perception.stair_map import make_stair_map
-from drake_quad.report.figures_revisions import draw_revisions, look_times, revision_rows
+from drake_quad.report.figures_revisions import draw_revisions, revision_rows, revision_times
 from drake_quad.report.figures_seen import draw_sight, seen_rows
 from drake_quad.report.page import write_report
 from drake_quad.runs.reader import RecordedRun, load_run
-from drake_quad.runs.seen import IMAGE, SEEN, record_sight
+from drake_quad.runs.seen import IMAGE, SEEN, record_sight, seen_figures
 from drake_quad.scenario.build import course_of
 
 N, OFF = 4, 0.03  # [m] by which the last nosing is told too far ahead
@@ -58,7 +58,9 @@ def grown() -> tuple[MapRevision, MapRevision]:
     known = replace(
         last, places=last.places[:2],
         heights=last.heights[:2], place_errors=last.place_errors[:2],
-        height_errors=last.height_errors[:2], complete=False, trusted=2, seen_in=(0, 0),
+        height_errors=last.height_errors[:2],
+        height_correlation=last.height_correlation[:2, :2], complete=False, trusted=2,
+        seen_in=(0, 0),
     )  # fmt: skip
     more = replace(last, seen_in=(0, 1, 1, 1))
     first = MapRevision(0, 0.9, whole.belief, whole.level, known)
@@ -114,15 +116,33 @@ def test_a_map_that_grew_is_shown_look_by_look(tmp_path: Path) -> None:
     first, second = revision_rows(run)
     assert (first.steps, first.inside) == ("2, 2 of them planned on", "4 of 4")
     assert (second.steps, second.inside, second.time) == ("4", "7 of 8", "20.0 s")
-    assert second.outcome == "its end is seen" and look_times(run) == [(1, 20.0)]
+    assert second.outcome == "its end is seen" and revision_times(run) == [("look 1", 20.0)]
     assert len(draw_revisions(run).axes) == 3
     html = write_report(run, replay=False).read_text()
     assert 'id="revisions"' in html and "goes on as far as it knows" in html
 
 
+def test_what_feet_found_is_shown_as_theirs(tmp_path: Path) -> None:
+    """It is a row, but no look; its nosings are drawn, and its time is marked."""
+    shown = sight()
+    assert shown.map is not None
+    first = MapRevision(0, 0.9, shown.belief, shown.level, shown.map)
+    touched = replace(shown.map, touched=(True,) * N)
+    last = replace(first, number=1, stamp=55.0, map=touched, looked=False)
+    run = load_run(write_seen(tmp_path, shown, (first, last)))
+    row = revision_rows(run)[1]
+    assert (row.name, row.seen) == ("by the feet", f"its feet stood on {N} of {N} steps")
+    assert row.outcome == "the rest is planned on it"
+    assert revision_times(run) == [("by the feet", 55.0)]
+    labels = draw_revisions(run).axes[0].get_legend_handles_labels()[1]
+    assert "nosings as the feet told them" in labels
+    figures = seen_figures(run.seen)
+    assert figures["looks"] == 1 and figures["map_treads_touched"] == N
+
+
 def test_a_run_that_looked_once_has_no_such_section(run: RecordedRun) -> None:
     """Nothing is shown of revisions, and none is marked."""
-    assert revision_rows(run) == [] == look_times(run)
+    assert revision_rows(run) == [] == revision_times(run)
     assert 'id="revisions"' not in write_report(run, replay=False).read_text()
 
 

@@ -380,3 +380,20 @@ def test_a_whole_flight_on_which_a_foot_may_miss_its_step_is_not_walked_at_once(
     p = prepare(scenario(), source="test")
     assert p.sight is not None
     assert p.growth is not None or "a nosing is not known well" in p.sight.refused
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("state", ["truth", "ekf"])
+def test_feet_make_the_map_better_before_the_way_back(state: str) -> None:
+    """All treads of the flight; heights then err less, and the way down is planned on these."""
+    p = prepared(BACK, "perception.landing=2.5", f"estimator.kind={state}")
+    assert p.growth is not None and p.growth.revise_before == 2
+    result = simulate(p)
+    assert result.outcome == "goal_reached", result.reason
+    seen = result.summary["seen"]
+    assert seen["looks"] == 1 and seen["map_treads_touched"] == seen["map_steps"] == 3
+    assert seen["map_height_error_max"] < min(0.003, seen["height_error_max"])
+    assert seen["map_heights_inside"] == seen["map_places_inside"] == 1.0
+    assert result.seen is not None
+    up, down = result.seen.told["proofs"]
+    assert (up["tasks"], down["tasks"]) == (2, 3) and down["height"] < 0.5 * up["height"]

@@ -3,17 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
-from growing_rig import DEEP, FEET, NOT_SEEN, first_map, flight
+from growing_rig import DEEP, FEET, FIRST as FIRST_NOSING, NOT_SEEN, RISE, RUN, first_map, flight
 from pydrake.systems.analysis import Simulator
 from rig import fix_inputs, stand_plan
 
+from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.sight import MapRevision, with_reason
 from drake_quad.perception.stair_belief import StairBelief
+from drake_quad.perception.touchdown_heights import TouchdownHeights
 from drake_quad.planning.onward import LOOK_AGAIN
 from drake_quad.systems.depth_camera import NO_IMAGE
-from drake_quad.systems.map_keeper import LONGEST_WAIT, MapKeeper, MapSettings
+from drake_quad.systems.map_keeper import LONGEST_WAIT, MapKeeper, MapMemory, MapSettings
 from drake_quad.systems.stair_estimator import StairReport
 from drake_quad.terrain.elements import Element
 
@@ -35,16 +37,31 @@ class Keeper:
             self.system, self.context, feet=FEET.ravel(), contacts=np.ones(4),
             depth_measured=NO_IMAGE, stairs=StairReport(0.9, FIRST.belief),
         )  # fmt: skip
+        self.feet = FEET.copy()
         self.task(1, name="walk 1")
 
-    def task(self, index: int, *, name: str = LOOK_AGAIN, planned: int | None = None) -> None:
+    def task(
+        self, index: int, *, name: str = LOOK_AGAIN, planned: int | None = None,
+        revises_map: bool = False,
+    ) -> None:  # fmt: skip
         """Sets the clock's task, and the plan under way."""
         plan = stand_plan(index=index if planned is None else planned)
         segment = replace(plan.segments[0], name=name)
         phase = np.zeros(SIZE)
         phase[GaitPhase.TASK] = index
-        plan = replace(plan, segments=(segment,), goes_on=True)
+        plan = replace(plan, segments=(segment,), goes_on=True, revises_map=revises_map)
         fix_inputs(self.system, self.context, gait_phase=phase, motion_plan=plan)
+
+    def step(self, row: int, tread: int, *, higher: float) -> None:
+        """A foot lifts, and stands on a tread that is so much higher than mapped."""
+        self.feet = self.feet.copy()
+        self.feet[row] = [FIRST_NOSING + (tread - 0.5) * RUN, self.feet[row, 1], tread * RISE]
+        self.feet[row, 2] += higher if tread else 0.0
+        contacts = np.ones(4)
+        contacts[row] = 0.0
+        for now in (contacts, np.ones(4)):
+            fix_inputs(self.system, self.context, contacts=now, feet=self.feet.ravel())
+            self.run(self.context.get_time() + 0.5)
 
     def see(self, stamp: float, belief: StairBelief | None, level: Level = NOT_SEEN) -> None:
         """Hands it a report."""
@@ -56,6 +73,13 @@ class Keeper:
         newest = self.system.GetOutputPort("map_known").Eval(self.context)
         assert isinstance(newest, MapRevision)
         return newest
+
+    @property
+    def heights(self) -> TouchdownHeights:
+        """What feet have told."""
+        kept: MapMemory = self.context.get_abstract_state(0).get_value()
+        assert kept.heights is not None
+        return kept.heights
 
     @property
     def looking(self) -> bool:
@@ -145,3 +169,103 @@ def test_two_contexts_of_one_keeper_are_two_keepers() -> None:
     other = Simulator(keeper.system).get_mutable_context()
     assert keeper.system.revisions(other) == (FIRST,)
     assert keeper.system.revisions(keeper.context)[-1] is newest
+
+
+ERRORS = np.array([0.003, -0.004, 0.004, -0.003, 0.004])  # [m] of treads, higher than mapped
+
+
+def walked_up(errors: FloatArray = ERRORS, deviation: float | None = None) -> Keeper:
+    """A keeper whose robot has walked from the floor to the fifth step, foot by foot.
+
+    Args:
+        errors: How much higher the treads are than mapped [m].
+        deviation: Of the estimated tilt [rad]; None where the state is true.
+    """
+    keeper = Keeper()
+    if deviation is not None:
+        fix_inputs(keeper.system, keeper.context, estimator_deviation=np.full(9, deviation))
+    keeper.feet[:, 2] = 0.0
+    keeper.feet[:, 0] = 1.5
+    fix_inputs(keeper.system, keeper.context, feet=keeper.feet.ravel())
+    keeper.run(0.5)
+    for tread in range(1, 6):
+        for row in range(4):
+            keeper.step(row, tread, higher=errors[tread - 1])
+    return keeper
+
+
+def test_before_the_way_back_the_map_has_the_heights_that_feet_found() -> None:
+    """Not on the way up; once the clock is past that walk; from then on feet change nothing."""
+    keeper = walked_up()
+    assert keeper.run(21.0) is FIRST
+    keeper.task(1, name="walk 1", revises_map=True)
+    assert keeper.run(21.1) is FIRST
+    keeper.task(2, name="walk 1", planned=1, revises_map=True)
+    newest = keeper.run(21.2)
+    assert newest.number == 1 and not newest.looked and not newest.reason
+    assert newest.belief is FIRST.belief and 19.5 < newest.stamp < 20.6
+    off = newest.map.heights - FIRST.map.heights - ERRORS
+    assert np.abs(off).max() < 0.0012 < np.abs(ERRORS).min()
+    assert newest.map.height_errors.max() < FIRST.map.height_errors.min()
+    np.testing.assert_array_equal(newest.map.places, FIRST.map.places)
+    keeper.step(0, 3, higher=0.03)
+    assert keeper.run(23.0) is newest and len(keeper.system.revisions(keeper.context)) == 2
+
+
+def test_a_look_builds_on_what_feet_have_found() -> None:
+    """Treads behind the camera have the heights that feet found; those that it adds, its own."""
+    keeper = walked_up()
+    keeper.task(LOOK)
+    keeper.run(20.6)
+    keeper.see(21.5, flight(5, 2, up=ERRORS[-1]))
+    keeper.run(22.0)
+    keeper.task(LOOK + 1, planned=LOOK)
+    newest = keeper.run(22.1)
+    assert newest.looked and not newest.reason and len(newest.map.heights) == 7
+    assert newest.map.touched_treads.tolist() == [True] * 5 + [False] * 2
+    higher = newest.map.heights - RISE * np.arange(1.0, 8.0)
+    assert np.abs(higher[:5] - ERRORS).max() < 0.0012
+
+
+def test_a_tilt_that_is_not_known_makes_what_feet_tell_less_certain() -> None:
+    """By what the estimator says of it; of a true state nothing is said."""
+    widths = []
+    for deviation in (None, 0.02):
+        keeper = walked_up(deviation=deviation)
+        keeper.task(2, name="walk 1", planned=1, revises_map=True)
+        widths.append(keeper.run(21.0).map.height_errors[-1])
+    assert widths[1] > 1.1 * widths[0]
+
+
+def test_a_foot_counts_once_it_stands_firmly_and_once_only() -> None:
+    """Not one that touches for a tenth of a second; a foot that stays counts no second time."""
+    keeper = Keeper()
+    keeper.run(0.5)
+    begun = keeper.heights.touchdowns.copy()
+    lifted = np.array([0.0, 1.0, 1.0, 1.0])
+    for now, until in ((lifted, 0.6), (np.ones(4), 0.7), (lifted, 0.8)):
+        fix_inputs(keeper.system, keeper.context, contacts=now)
+        keeper.run(until)
+    np.testing.assert_array_equal(keeper.heights.touchdowns, begun)
+    fix_inputs(keeper.system, keeper.context, contacts=np.ones(4))
+    for until in (1.2, 3.0):
+        keeper.run(until)
+        assert keeper.heights.touchdowns.sum() == begun.sum() + 1
+
+
+def test_a_tread_far_from_where_it_was_seen_is_said() -> None:
+    """The revision has the map of before, and says by how much the feet contradict it."""
+    keeper = walked_up(np.array([0.0, 0.0, -0.06, -0.06, -0.06]))
+    keeper.task(2, name="walk 1", planned=1, revises_map=True)
+    newest = keeper.run(21.0)
+    assert newest.map is FIRST.map and not newest.looked
+    assert newest.reason.startswith("the feet contradict the map: a tread is 0.06 m higher")
+
+
+def test_a_robot_whose_feet_stood_on_no_tread_keeps_its_map() -> None:
+    """It is asked to revise it all the same, and does not keep anybody waiting."""
+    keeper = Keeper()
+    fix_inputs(keeper.system, keeper.context, contacts=np.zeros(4))
+    keeper.task(2, name="walk 1", planned=1, revises_map=True)
+    newest = keeper.run(0.2)
+    assert newest.number == 1 and newest.map is FIRST.map and not newest.reason

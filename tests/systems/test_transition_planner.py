@@ -24,10 +24,16 @@ from drake_quad.errors import PlanningError
 from drake_quad.perception.growing_map import grow_map
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import StairMap
-from drake_quad.planning.motion_plan import MotionPlan, evaluate
+from drake_quad.perception.touchdown_heights import heights_as_seen, map_with_touchdowns
+from drake_quad.planning.motion_plan import MotionPlan, Stance, evaluate
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.systems.transition_planner import AS_PLANNED, Growth, TransitionPlanner
+from drake_quad.systems.transition_planner import (
+    AS_PLANNED,
+    Growth,
+    TransitionPlanner,
+    on_other_map,
+)
 
 SETTINGS = PlanSettings()
 WALK = Task(kind="walk", name="walk", lane=0, goal=3.25)
@@ -379,3 +385,105 @@ def test_where_there_is_no_way_back_either_it_says_both() -> None:
     fix_inputs(system, simulator.get_mutable_context(), gait_phase=phase_of(1))
     message = simulator.AdvanceTo(0.3).FormatMessage()
     assert "contradicts the map; no way back: the robot has not gone anywhere" in message
+
+
+ON_THE_MAP = Task(kind="walk", name="walk 1", lane=0, goal=2.6)
+
+
+def revised(revision: MapRevision) -> tuple[TransitionPlanner, Simulator, MotionPlan]:
+    """A planner whose map is revised before its second task; and its plan for the first one."""
+    known = seen_whole()
+    course = known.course(foot_radius=paper_robot().foot_radius)
+    system = TransitionPlanner(
+        robot=paper_robot(), layout=model_layout(), course=course, settings=gait(),
+        mission=(STAND, ON_THE_MAP, STAND), growth=Growth(gait(), eyes(), 0.02, revise_before=1),
+    )  # fmt: skip
+    simulator, stance = Simulator(system), standing(known)
+    fix_inputs(
+        system, simulator.get_mutable_context(), gait_phase=phase_of(0), map_known=revision,
+        robot_state_estimated=state_of(stance.body, stance.feet),
+    )  # fmt: skip
+    simulator.AdvanceTo(0.1)
+    stand = system.GetOutputPort("motion_plan").Eval(simulator.get_context())
+    assert stand.revises_map and stand.goes_on
+    fix_inputs(system, simulator.get_mutable_context(), gait_phase=phase_of(1))
+    simulator.AdvanceTo(0.3)
+    return system, simulator, stand
+
+
+def touched_map(rises: FloatArray) -> StairMap:
+    """The whole map, with treads so much higher than they were seen [m]."""
+    known = seen_whole()
+    told = heights_as_seen(known, tilt_sigma=0.0)
+    told = replace(told, state=told.state + np.append(rises, 0.0))
+    return map_with_touchdowns(known, replace(told, touchdowns=np.ones(len(rises), dtype=np.intp)))
+
+
+def test_the_rest_is_planned_on_the_map_that_feet_have_made_better() -> None:
+    """It waits for the map; then feet are planned on the new treads, task by task, to the end."""
+    first = replace(FIRST_LOOK, map=seen_whole())
+    system, simulator, stand = revised(first)
+    context, port = simulator.get_mutable_context(), system.GetOutputPort("motion_plan")
+    assert port.Eval(context) is stand and system.map_number(context) == 0
+    higher = touched_map(np.linspace(0.002, 0.01, 7))
+    better = replace(first, number=1, map=higher, looked=False)
+    fix_inputs(system, context, map_known=better)
+    simulator.AdvanceTo(0.5)
+    walk = port.Eval(context)
+    assert walk.index == 1 and not walk.revises_map and walk.goes_on
+    assert system.map_number(context) == 1
+    np.testing.assert_allclose(walk.course.nosings()[:, 0, 2], higher.heights, atol=1e-12)
+    ends = np.array([step.swing.p_end for step in walk.contacts.steps])
+    on = np.searchsorted(higher.places, ends[:, 0] - higher.origin[0])
+    levels = np.append(0.0, higher.heights)[on] + paper_robot().foot_radius
+    np.testing.assert_allclose(ends[:, 2], levels, atol=1e-9)
+    there = state_of(walk.end.body, walk.end.feet)
+    fix_inputs(system, context, gait_phase=phase_of(2), robot_state_estimated=there)
+    simulator.AdvanceTo(0.7)
+    assert port.Eval(context).index == 2 and port.Eval(context).course is walk.course
+
+
+def test_without_a_plan_on_it_the_map_of_before_stays() -> None:
+    """A first step of 1.16 m cannot be climbed by this gait: plans are as before."""
+    first, steep = replace(FIRST_LOOK, map=seen_whole()), touched_map(np.full(7, 1.0))
+    system, simulator, stand = revised(replace(first, number=1, map=steep, looked=False))
+    walk = system.GetOutputPort("motion_plan").Eval(simulator.get_context())
+    assert walk.index == 1 and walk.course is stand.course
+    assert system.map_number(simulator.get_context()) == 0
+    assert system.refused(simulator.get_context())
+
+
+def test_a_robot_whose_feet_contradict_its_map_stays_where_it_is() -> None:
+    """It stops on four feet and says why; the plan is still that of the stand."""
+    reason = "the feet contradict the map: a tread is 0.06 m higher, or lower, than it has"
+    known = replace(FIRST_LOOK, number=1, map=seen_whole(), reason=reason, looked=False)
+    system = TransitionPlanner(
+        robot=paper_robot(), layout=model_layout(), settings=gait(), mission=(STAND, ON_THE_MAP),
+        course=known.map.course(foot_radius=paper_robot().foot_radius),
+        growth=Growth(gait(), eyes(), 0.02, revise_before=1),
+    )  # fmt: skip
+    simulator, stance = Simulator(system), standing(known.map)
+    fix_inputs(
+        system, simulator.get_mutable_context(), gait_phase=phase_of(0), map_known=known,
+        robot_state_estimated=state_of(stance.body, stance.feet),
+    )  # fmt: skip
+    simulator.AdvanceTo(0.1)
+    fix_inputs(system, simulator.get_mutable_context(), gait_phase=phase_of(1))
+    message = simulator.AdvanceTo(0.3).FormatMessage()
+    assert "stopped: stands on four feet before the flight" in message and reason in message
+
+
+@pytest.mark.parametrize("higher", [0.0, 0.004])
+def test_a_stance_on_another_map_is_as_high_over_its_ground(higher: float) -> None:
+    """Each foot by what its own tread is higher; the body stays where it was."""
+    before, after = (
+        m.course(foot_radius=0.02) for m in (seen_whole(), touched_map(np.linspace(0.0, 0.006, 7)))
+    )
+    feet = np.array([[2.45, 0.3, 0.2], [2.45, -0.3, 0.2], [1.8, 0.3, 0.02], [3.05, -0.3, np.nan]])
+    x, y = feet[:, 0], feet[:, 1]
+    feet[:, 2] = before.height(x, y) + 0.02 + higher
+    stance = Stance(np.zeros(5), feet)
+    moved = on_other_map(stance, before, after)
+    np.testing.assert_allclose(moved.feet[:, 2] - after.height(x, y), 0.02 + higher, atol=1e-12)
+    np.testing.assert_array_equal(moved.body, stance.body)
+    assert on_other_map(stance, before, before) is stance
