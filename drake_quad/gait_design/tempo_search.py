@@ -11,18 +11,11 @@ from math import inf
 
 from drake_quad.gait_design.candidates import flights_of
 from drake_quad.gait_design.designed import Designed
-from drake_quad.gait_design.preference import (
-    KEPT,
-    RequiredMargins,
-)
+from drake_quad.gait_design.preference import KEPT, RequiredMargins
 from drake_quad.gait_design.switch_time import seek_switch
-from drake_quad.gait_design.tempo import (
-    TempoTrial,
-    keeps_all_else,
-    tread_way,
-)
+from drake_quad.gait_design.tempo import TempoTrial, keeps_all_else, tread_way
 from drake_quad.gait_design.tempo_planner import GaitChoice, TempoPlanner
-from drake_quad.gait_design.tempo_trials import Trials
+from drake_quad.gait_design.tempo_trials import Failures, Trials, most_speed
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.build import course_of
 from drake_quad.scenario.config import Scenario
@@ -40,9 +33,6 @@ MORE = 1e-3  # [m] of margin to begin with, for which another choice of these is
 CLOSE = 0.05  # of the margin that is to be kept: so near is near enough
 CLOSE_MOVING = 0.1  # the same where a gait is balanced by its motion, whose plans take long
 CRITICAL = 0.25  # of the margin that is to be kept: walks with so little more are tried, too
-FALLEN = 2  # times at the switches with which a gait would fall over: then others would, too
-NEVER = 3  # times without a plan, before there has been one, after which a gait is left
-SLOWER = 0.97  # ratio of speeds by which a short flight's may be less than that of a long one
 TRIES = 6  # plans of the whole mission, where it leaves less than its critical walks
 WORTH = 1.02  # ratio of speeds from which another gait is taken
 ENOUGH = 0.97  # of a speed asked for that is as good: a body sways as it begins a flight
@@ -88,12 +78,8 @@ class TempoSearch:
         self._rooms_known: dict[tuple[float, float], dict[float, Trials]] = {}
         self._trials: dict[float, Trials] = {}  # by ratio of swings
         self._parts = True  # whether later trials are of the critical tasks alone
-        # Times at the switches with which the robot would fall over [s], by share of a leg.
-        self._fallen: dict[float, set[float]] = {}
         self._lowered = 0.0
-        # Times that a trial had no plan with, of swings (by ratio) and at the switches [s].
-        self._without: set[tuple[float, float]] = set()
-        self._has_plan = gait.planned  # whether there was any plan, or is one with slow times
+        self._failures = Failures(gait.planned)
 
     def quickest(
         self, enough: float | None, faster_than: float, kept: RequiredMargins | None = None
@@ -110,7 +96,8 @@ class TempoSearch:
         """
         if kept is not None:
             self._planner.kept = kept
-            self._without.clear()  # paths seek less margin, and may have a plan
+            # Paths seek less margin, and may have a plan.
+            self._failures.forget(has_plan=self._failures.has_plan)
         if enough is not None:  # it has to be met by all of them
             self._parts = self._planner.cut = False
         best: TempoTrial | None = None
@@ -137,7 +124,7 @@ class TempoSearch:
         while self._enough:
             kept = max(self._enough, key=lambda kept: kept[0].speed)
             found, scenario, most = kept
-            if _most_speed(found) <= faster_than:
+            if most_speed(found) <= faster_than:
                 return None
             if found.from_scratch and found.whole:
                 return found
@@ -255,10 +242,11 @@ class TempoSearch:
         Feet are made slower, for this trial and others, if their joints would turn too fast. There
         are no more trials once a gait without a plan sets feet down too near each other: where its
         footprints are does not depend on times, and hardly on the body's height. Nor are there any
-        once NEVER times have had none: feet that are too fast are made slower, and else a plan is
+        once several times have had none: feet that are too fast are made slower, and else a plan is
         hardly there for a longer swing alone.
         """
-        if self._planner.refused or self._hopeless:
+        failures = self._failures
+        if self._planner.refused or failures.hopeless:
             return None
         trials = self._trials.setdefault(stretch, Trials())
         if switch not in trials.known:
@@ -268,23 +256,17 @@ class TempoSearch:
             found = self._planner.plan(tempo, trials.walks)
             trials.known[switch] = found
             if found is None:
-                self._without.add((stretch, switch))
-            self._has_plan = self._has_plan or found is not None
-            if found is None and self._planner.falls_over and trials.walks is None:
-                self._fallen.setdefault(self._lowered, set()).add(switch)
+                falls_over = self._planner.falls_over and trials.walks is None
+                failures.add(stretch, switch, self._lowered, falls_over=falls_over)
+                return None
+            failures.has_plan = True
             self._keep(found)
-            if found is not None:
-                left = f"{1e3 * found.designed.margin:.0f} mm"
-                self._note(f"tried {found.speed:.3f} m/s, which leaves {left}")
-            if found is not None and trials.first is None:
+            left = f"{1e3 * found.designed.margin:.0f} mm"
+            self._note(f"tried {found.speed:.3f} m/s, which leaves {left}")
+            if trials.first is None:
                 trials.first = found
                 trials.critical = self._critical(found) if self._parts else ()
         return trials.known[switch]
-
-    @property
-    def _hopeless(self) -> bool:
-        """Whether no trial had a plan, with enough times that others would hardly have one."""
-        return len(self._without) >= NEVER and not self._has_plan
 
     def _keep(self, found: TempoTrial | None) -> None:
         """Remembers a plan of all tasks that keeps enough."""
@@ -314,8 +296,7 @@ class TempoSearch:
             self._planner.cut = False
             for room in self._rooms_known.values():
                 room.clear()
-            self._without.clear()
-            self._has_plan = self._planner.gait.planned or whole is not None
+            self._failures.forget(has_plan=self._planner.gait.planned or whole is not None)
             self._trials[stretch] = Trials(known={trial.tempo.switch: whole})
             return
         short = () if whole is None or trial.walks is None else self._critical(whole)
@@ -355,8 +336,7 @@ class TempoSearch:
         """
         planner = self._planner
         for share in LOWERED[: 1 if planner.gait.planned else None]:
-            fallen = self._fallen.setdefault(share, set())
-            if len(fallen) >= FALLEN:
+            if self._failures.always_falls(share):
                 continue
             self._lowered = share
             planner.lower(share)
@@ -366,9 +346,11 @@ class TempoSearch:
                 found = self.trial(self._stretch, switch)
                 if found is not None and keeps_all_else(found, self._slow):
                     yield found
-                if found is None and (switch in fallen or self._hopeless):
+                if found is not None:
+                    continue
+                if self._failures.falls(share, switch) or self._failures.hopeless:
                     break
-                if found is None and len(self._without) > 1 and not self._has_plan:
+                if self._failures.doubtful:
                     return  # one trial of these times is enough, where others had none at all
 
     def _at_speed(self, speed: float) -> TempoTrial | None:
@@ -406,7 +388,7 @@ class TempoSearch:
                 known={t: self._spare(stretch, trial) for t, trial in trials.known.items()},
             )
             found = trials.known.get(switch)
-            if found is not None and _most_speed(found) > faster_than:
+            if found is not None and most_speed(found) > faster_than:
                 best, faster_than = found, found.speed
         return best
 
@@ -414,8 +396,3 @@ class TempoSearch:
         """See `TempoPlanner.spare`, of the course itself [m]."""
         less = self._trials[stretch].cut_has_more if trial is not None and trial.cut else 0.0
         return self._planner.spare(trial) - less
-
-
-def _most_speed(trial: TempoTrial) -> float:
-    """The speed that a trial may have on the course itself [m/s]."""
-    return trial.speed / SLOWER if trial.cut else trial.speed

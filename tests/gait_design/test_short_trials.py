@@ -12,8 +12,8 @@ from drake_quad.gait_design.designed import Walks
 from drake_quad.gait_design.speed_curve import TIMES
 from drake_quad.gait_design.tempo import TempoTrial
 from drake_quad.gait_design.tempo_planner import GaitChoice
-from drake_quad.gait_design.tempo_search import SLOWER, SearchStoppedError
-from drake_quad.gait_design.tempo_trials import Trials
+from drake_quad.gait_design.tempo_search import SearchStoppedError
+from drake_quad.gait_design.tempo_trials import SLOWER, Trials
 from drake_quad.scenario.config import Scenario
 
 
