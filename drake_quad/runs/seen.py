@@ -245,13 +245,18 @@ def _figures_of_map(told: Mapping[str, Any]) -> dict[str, Any]:
 def _figures_of_proofs(proofs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """What is proven of all stretches, for all stairs that their maps take for possible."""
     if not proofs:
-        return dict.fromkeys(("box_inside", "box_proven", "box_share", "box_margin"))
+        return dict.fromkeys(
+            ("box_inside", "box_proven", "box_share", "box_margin", "box_covered", "box_kept")
+        )
+    kept = [proof["kept"] for proof in proofs if proof.get("covered")]
     proven = all(proof["proven"] for proof in proofs)
     return {
         "box_inside": all(proof["inside"] for proof in proofs),
         "box_proven": proven,
         "box_share": min(proof["share"] for proof in proofs) if proven else None,
         "box_margin": min(proof["proven"]["margin"] for proof in proofs) if proven else None,
+        "box_covered": len(kept),
+        "box_kept": all(kept) if kept else None,
     }
 
 

@@ -312,8 +312,11 @@ SUMMARY = (
            "null where they are not"),
     Figure("seen.box_margin", "m", "The static margin that is proven for all of that",
            shown=Shown("Margin proven for all stairs that were believed possible", 1, "mm")),
-    Figure("seen.box_kept", "", "Whether the run had that margin; null of a run whose stairs were "
-           "not in the box, or that was farther off its plan than was proven", "verdict"),
+    Figure("seen.box_covered", "", "Number of stretches, each planned on one map, in which the run "
+           "did what the proof is about: the stairs were in the box, from where the robot "
+           "stood, and the run was no farther off its plan than was proven"),
+    Figure("seen.box_kept", "", "Whether it had the proven margin in all of these; null if there "
+           "are none", "verdict"),
     Figure("pushes", "", "The pushes in physics, in order of time; of a push that the run did not "
            "reach the last three are null", "tables"),
     Figure("pushes[].time", "s", "When the push began"),

@@ -36,21 +36,32 @@ TOLERATED = {
 
 ROUNDING = 1e-9  # [m], [deg], [s] by which a tolerance may be passed
 SAME = 1e-6  # [periods] between times that are the same but for rounding
+DRIFT = "drift_max"  # [m], a figure that no tolerance is held against
 
 
 def track(
-    c: Columns, robot: RobotModel, plans: Sequence[MotionPlan], period: float
+    c: Columns,
+    robot: RobotModel,
+    plans: Sequence[MotionPlan],
+    period: float,
+    *,
+    drifts: bool = False,
 ) -> dict[str, FloatArray]:
     """How far each sample is from its plan, by the names of TOLERATED (N,) [m, deg, s].
 
     The plan is as it is proven: its feet roll as is foreseen, and its body does not brake where the
     clock waits. A sample without a plan is held against what the controller wanted.
 
+    A robot that stands elsewhere as a whole, and turned, on stairs that are exactly as mapped is a
+    robot that follows its plan on a map that is as much off. If `drifts`, the common motion of the
+    standing feet is left out; DRIFT has how far it takes any foot or knee.
+
     Args:
         c: The log's columns.
         robot: The robot.
         plans: The plans that were followed, as `plans_by_turn` takes them.
         period: The controller's period [s]; 0 in a replay, which has no ticks.
+        drifts: Whether what all standing feet are off alike along the ground is left out.
     """
     wanted_body, wanted_feet = _planned(c, plans, period)
     names = [f"q_{robot.name}_{joint}_q" for joint in robot.joint_names]
@@ -58,8 +69,11 @@ def track(
     place, quaternion = base_place(c), base_quaternion(c)
     R = np.stack([quaternion_matrix(row) for row in quaternion])
     feet = np.einsum("nij,nlj->nli", R, calc_feet(robot.geometry, q)) + place[:, None]
-    off = feet - wanted_feet
     stands = _stands(c)
+    more = {}
+    if drifts:
+        more[DRIFT] = _take_along(wanted_body, wanted_feet, feet, stands, robot)
+    off = feet - wanted_feet
     # What lifts body and feet alike, as ground does that is higher than mapped, counts for nothing.
     lifted = (off[..., 2] * stands).sum(axis=1) / np.maximum(stands.sum(axis=1), 1)
     off[..., 2] -= lifted[:, None]
@@ -77,7 +91,44 @@ def track(
         "foot_height_max": np.where(stands, height, 0.0).max(axis=1),
         "swing_max": np.where(stands, 0.0, swing).max(axis=1),
         "late_max": _lateness(c, stands),
+        **more,
     }
+
+
+def _take_along(
+    body: FloatArray, wanted: FloatArray, feet: FloatArray, stands: BoolArray, robot: RobotModel
+) -> FloatArray:
+    """Moves what is planned along the ground, as a whole, onto the feet that stand.
+
+    Args:
+        body: The body as planned (N, 5): x, y, z, pitch, yaw; it is changed.
+        wanted: The feet as planned (N, 4, 3) [m]; they are changed.
+        feet: The feet as they are (N, 4, 3) [m].
+        stands: Which of them are to stand (N, 4).
+        robot: The robot.
+
+    Returns:
+        How far any foot, or any knee, is taken at most (N,) [m].
+    """
+    share = stands / np.maximum(stands.sum(axis=1, keepdims=True), 1)
+    planned, found = wanted[..., :2], feet[..., :2]
+    centre, there = (np.einsum("nl,nlk->nk", share, x) for x in (planned, found))
+    a, b = planned - centre[:, None], found - there[:, None]
+    across = (share * (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])).sum(axis=1)
+    along = (share * (a * b).sum(axis=-1)).sum(axis=1)
+    turned = np.arctan2(across, along)
+    leg = robot.geometry
+    knee = np.linalg.norm(leg.p_BH, axis=1) + np.linalg.norm(leg.p_HP, axis=1) + leg.thigh
+    knees = np.linalg.norm(body[:, :2] - centre, axis=1) + float(knee.max())
+    lever = np.maximum(np.linalg.norm(a, axis=-1).max(axis=1), knees)
+    moved = np.linalg.norm(there - centre, axis=1) + np.abs(turned) * lever
+    cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]
+    for points in (wanted, body[:, None]):
+        x, y = points[..., 0] - centre[:, :1], points[..., 1] - centre[:, 1:]
+        points[..., 0] = there[:, :1] + cos * x - sin * y
+        points[..., 1] = there[:, 1:] + sin * x + cos * y
+    body[:, 4] += turned
+    return np.asarray(moved)
 
 
 def _planned(
@@ -107,6 +158,11 @@ def _stands(c: Columns) -> BoolArray:
 def _bears(c: Columns) -> BoolArray:
     """Which feet carry load (N, 4)."""
     return np.stack([c[f"{leg}_bearing"] for leg in SHORT_NAMES], axis=-1).astype(bool)
+
+
+def lacks_support(c: Columns) -> BoolArray:
+    """Whether fewer than three of the feet that are to stand bear (N,)."""
+    return (_stands(c) & _bears(c)).sum(axis=1) < 3
 
 
 def _lateness(c: Columns, stands: BoolArray) -> FloatArray:
@@ -155,10 +211,10 @@ def tracking_figures(
     """
     if table.num_rows == 0:
         return None
-    c, limit = columns_of(table), _limits(within)
+    c, limit = columns_of(table), limits_of(within)
     found = track(c, robot, plans, period)
     beyond = {TOLERATED[name]: values > limit[name] + ROUNDING for name, values in found.items()}
-    beyond["support"] = (_stands(c) & _bears(c)).sum(axis=1) < 3
+    beyond["support"] = lacks_support(c)
     beyond["plan"] = np.zeros(table.num_rows, dtype=bool)
     for (task, revision), plan in plans_by_turn(plans).items():
         if not any(is_same_plan(plan, one) for one in proven):
@@ -176,8 +232,8 @@ def tracking_figures(
     }
 
 
-def _limits(within: Tolerances) -> dict[str, float]:
-    """The tolerances by the names of TOLERATED."""
+def limits_of(within: Tolerances) -> dict[str, float]:
+    """The tolerances by the names of TOLERATED [m, deg, s]."""
     limits = {name: float(getattr(within, tolerance)) for name, tolerance in TOLERATED.items()}
     for name in ("tilt_max_deg", "turn_max_deg"):
         limits[name] = float(np.degrees(limits[name]))

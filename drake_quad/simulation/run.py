@@ -36,7 +36,7 @@ from drake_quad.runs.seen import record_sight, seen_figures
 from drake_quad.runs.tracking import tracking_figures
 from drake_quad.scenario.config import Scenario
 from drake_quad.scenario.load import checked_copy, load_scenario
-from drake_quad.simulation.belief_proof import keeps_proof, prove_believed, stretches_of
+from drake_quad.simulation.belief_proof import hold_against, prove_believed, stretches_of
 from drake_quad.simulation.diagram import StairClimb, Visualize, stair_climb_of
 from drake_quad.simulation.kinematic_replay import find_touches, kinematic_logs
 from drake_quad.simulation.plan_report import tolerances_of
@@ -76,9 +76,11 @@ def result_of(
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
     failed = outcome != "goal_reached" and reason != INTERRUPTED
+    period = p.scenario.controller.period if p.scenario.simulation.mode == "physics" else 0.0
     seen, proven = None, p.plan.plans
     if p.sight is not None:
-        seen = record_sight(p.sight, p.world, p.revisions, prove_believed(p, plans))
+        proofs = hold_against(prove_believed(p, plans), p, plans, table, period=period)
+        seen = record_sight(p.sight, p.world, p.revisions, proofs)
         # Of plans on a map that has changed on the way there is a proof of its own.
         proven = (*proven, *(plan for one in stretches_of(p, plans) for plan in one.plans))
     summary: dict[str, Any] = {
@@ -100,7 +102,7 @@ def result_of(
             tolerances_of(p.scenario.certify.tolerances, p.robot),
             plans,
             proven,
-            p.scenario.controller.period if p.scenario.simulation.mode == "physics" else 0.0,
+            period,
         ),
         "seen": None if seen is None else seen_figures(seen.told),
         "pushes": push_figures(table, pushes, failed=failed),
@@ -116,8 +118,6 @@ def result_of(
     estimate = summary.get("estimate")  # a run that ends at once has none
     if estimate is not None and estimate["landmarks_seen"] == 0:
         summary["assumes"] += ". It saw none of them: is there a flight ahead, and in its view?"
-    if summary["seen"] is not None:
-        summary["seen"]["box_kept"] = keeps_proof(summary)
     wanted = safe_margin(p.robot)
     safety = judge_safety(summary, wanted)
     summary["safety"] = {

@@ -5,14 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 from rig import flat_walk, paper_robot, stand_plan
 from summary_rig import base_columns, changed, log, values
 
 from drake_quad.certificate.tolerances import Tolerances
+from drake_quad.common import FloatArray
 from drake_quad.math.rotations import quaternion_of
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.log import columns_of
 from drake_quad.runs.summary_lines import summary_lines
-from drake_quad.runs.tracking import TOLERATED, tracking_figures
+from drake_quad.runs.tracking import DRIFT, TOLERATED, track, tracking_figures
 
 WITHIN = Tolerances(
     rise=0.005,
@@ -156,3 +159,25 @@ def test_a_robot_on_fewer_than_three_feet_is_beyond_all_tolerances() -> None:
     assert found["left_at"] == pytest.approx(values("t")[first])
     told = dict(summary_lines({"tracking": found}))
     assert "support" in told["tolerances asked of a certificate"]
+
+
+@given(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05), st.floats(-0.05, 0.05))
+def test_what_the_whole_robot_is_off_along_the_ground_is_drift(
+    x: float, y: float, yaw: float
+) -> None:
+    """Turned by some angle and moved, in the same pose, it is on its plan; it drifted so far."""
+
+    def moved(p: FloatArray) -> FloatArray:
+        c, s = np.cos(yaw), np.sin(yaw)
+        return np.stack([x + c * p[0] - s * p[1], y + s * p[0] + c * p[1]])
+
+    quaternion, places = base_columns()
+    pitch, heading = values("base_desired_pitch"), values("base_desired_yaw")
+    turned = quaternion_of(0.0 * pitch, pitch, heading + yaw)
+    base = moved(np.stack([values(name) for name in places[:2]]))
+    names = (*quaternion, *places[:2])
+    columns = dict(zip(names, (*turned.T, *base), strict=True))
+    found = track(columns_of(changed(**columns)), paper_robot(), (), 0.0, drifts=True)
+    assert max(found[name].max() for name in TOLERATED) < 1e-6
+    feet = np.stack([[values(f"{leg}_desired_{k}") for leg in SHORT_NAMES] for k in "xy"])
+    assert np.all(found[DRIFT] >= np.linalg.norm(moved(feet) - feet, axis=0).max(axis=0) - 1e-9)

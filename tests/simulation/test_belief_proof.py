@@ -2,18 +2,22 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from drake_quad.cli.runs import belief_lines
+from drake_quad.common import FloatArray
 from drake_quad.planning.clearance import shank_clearance
 from drake_quad.planning.motion_plan import evaluate
+from drake_quad.runs.seen import seen_figures
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.belief_proof import (
     believed_box,
+    hold_against,
     inside_box,
-    keeps_proof,
     prove_believed,
     stretches_of,
 )
@@ -101,18 +105,87 @@ def test_a_box_that_is_too_large_is_not_proven_and_says_why() -> None:
     assert belief_lines([told])[0].startswith("not for all stairs")
 
 
-def test_a_run_is_held_against_what_was_proven() -> None:
-    """Only where the true stairs are in the box, and the run within the proven share."""
-    summary = {
-        "seen": {"box_inside": True, "box_proven": True, "box_share": 0.5, "box_margin": 0.04},
-        "tracking": {"share": 0.4},
-        "margin": {"minimum": 0.05},
-    }
-    assert keeps_proof(summary) is True
-    assert keeps_proof({**summary, "margin": {"minimum": 0.03}}) is False
-    assert keeps_proof({**summary, "tracking": {"share": 0.6}}) is None
-    assert keeps_proof({**summary, "tracking": {"share": None}}) is None
-    assert keeps_proof({**summary, "seen": {**summary["seen"], "box_inside": False}}) is None
+def with_more(table: pa.Table, name: str, by: float) -> pa.Table:
+    """The log with more in the column whose name ends so."""
+    full = next(n for n in table.column_names if n.endswith(name))
+    return table.set_column(*_column(table, full, table[full].to_numpy() + by))
+
+
+def held(table: pa.Table | None = None, **changes: Any) -> dict[str, Any]:
+    """What a replay of the plan shows of its proof.
+
+    Args:
+        table: Its log, if that is to be another one.
+        changes: What is to be otherwise in what was prepared.
+    """
+    p, log = replace(seen(), **changes), replay_plan(seen()).table
+    proofs = prove_believed(p, p.plan.plans)
+    assert proofs[0]["share"] > 0.0
+    (told,) = hold_against(proofs, p, p.plan.plans, log if table is None else table, period=0.0)
+    return told
+
+
+def test_a_motion_that_is_the_plan_is_covered_and_has_the_proven_margin() -> None:
+    """It is off by nothing; its least margin is no less than the proven one."""
+    told = held()
+    assert told["covered"] is True and told["kept"] is True
+    assert told["drift"] < 1e-9 and told["run_share"] < 0.01
+    assert told["margin"] >= told["proven"]["margin"]
+
+
+def test_a_robot_that_is_elsewhere_as_a_whole_is_on_a_map_that_is_as_much_off() -> None:
+    """As long as the stairs are in the box from there, the proof is about the run."""
+    place, _ = believed_box(stretches_of(seen(), seen().plan.plans)[0].map)
+    log = replay_plan(seen()).table
+    for ahead, covered in ((0.1 * place, True), (-place, False)):
+        told = held(with_more(log, "trunk_x", ahead))
+        assert told["drift"] == pytest.approx(abs(ahead)) and told["run_share"] < 0.01
+        assert told["covered"] is covered
+
+
+def test_a_run_farther_off_its_plan_than_was_proven_is_not_covered() -> None:
+    """With a foot some cm elsewhere the proof says nothing of it, whatever its margin."""
+    told = held(with_more(replay_plan(seen()).table, "FL_knee_q", 0.05))
+    assert told["run_share"] > 1.0 and told["covered"] is False and told["kept"] is None
+
+
+def test_a_robot_that_carries_a_load_is_not_covered() -> None:
+    """The proof is about a robot as heavy as its file says, and with its centre of mass there."""
+    for change in ({"payload_mass": 1.0}, {"com_offset": (0.01, 0.0, 0.0)}):
+        loaded = replace(seen().disturbances, **change)
+        assert held(disturbances=loaded)["covered"] is False
+
+
+def test_a_run_on_a_plan_that_was_made_anew_is_not_covered() -> None:
+    """No proof is of that plan; nor of a run that stands on two feet."""
+    log = replay_plan(seen()).table
+    anew = log.set_column(*_column(log, "plan_revision", np.ones(log.num_rows)))
+    assert held(anew)["run_share"] is None and held(anew)["covered"] is False
+    for leg in ("FL", "FR"):
+        log = log.set_column(*_column(log, f"{leg}_bearing", np.zeros(log.num_rows)))
+    assert held(log)["run_share"] is None and held(log)["covered"] is False
+
+
+def test_a_covered_run_with_less_margin_than_was_proven_is_a_violation() -> None:
+    """It is told as one, and the summary's verdict is no."""
+    log = replay_plan(seen()).table
+    told = held(log.set_column(*_column(log, "margin", log["margin"].to_numpy() - 0.05)))
+    assert told["covered"] is True and told["kept"] is False
+    assert _verdict([told]) == (1, False) and _verdict([held(), told]) == (2, False)
+    assert _verdict([held()]) == (1, True)
+    assert _verdict([{**held(), "covered": False, "kept": None}]) == (0, None)
+
+
+def _column(table: pa.Table, name: str, values: FloatArray) -> tuple[int, str, pa.Array]:
+    """What `set_column` takes for other values of a column."""
+    return table.column_names.index(name), name, pa.array(values)
+
+
+def _verdict(proofs: list[dict[str, Any]]) -> tuple[int, bool | None]:
+    told = replay_plan(seen()).seen
+    assert told is not None
+    figures = seen_figures({**told.told, "proofs": proofs})
+    return figures["box_covered"], figures["box_kept"]
 
 
 def test_a_replay_has_the_proof_among_its_figures() -> None:
@@ -121,4 +194,5 @@ def test_a_replay_has_the_proof_among_its_figures() -> None:
     figures = result.summary["seen"]
     assert figures["box_proven"] is True and figures["box_inside"] is True
     assert figures["box_margin"] > 0.03
+    assert figures["box_covered"] == 1 and figures["box_kept"] is True
     assert result.seen is not None and len(result.seen.told["proofs"]) == 1
