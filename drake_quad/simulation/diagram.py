@@ -24,6 +24,7 @@ from drake_quad.control.settings import ControlSettings
 from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.imu_units import IMUS, MTI_300, ImuNoise
 from drake_quad.estimation.sensor_models import SensorErrors, TorqueErrors
+from drake_quad.planning.known_mission import Growth
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.loader import MakeModelPlant
@@ -49,7 +50,6 @@ from drake_quad.stability.margin_kinds import HULL, stricter
 from drake_quad.systems.controller import MakeController, MakeTracking
 from drake_quad.systems.disturbances import Delay, Disturbances
 from drake_quad.systems.joint_contact_estimator import standing_torque
-from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.course import Course
 
 COMMANDS = ("joint_state_desired", "joint_torque_feedforward")

@@ -21,6 +21,7 @@ from drake_quad.perception.stair_map import (
     unfinished,
 )
 from drake_quad.planning.clearance import check_shanks
+from drake_quad.planning.known_mission import Growth
 from drake_quad.planning.mission import check_mission, plan_mission
 from drake_quad.planning.onward import (
     doubtful_foothold,
@@ -36,7 +37,6 @@ from drake_quad.scenario.build import plan_settings
 from drake_quad.scenario.config import MissionElement, Scenario, WorldConfig
 from drake_quad.simulation.eyes import eyes_of, reach_of, way_back
 from drake_quad.simulation.prepared import PreparedScenario
-from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.course import Course
 from drake_quad.terrain.elements import TURNING_SPACE, Element
 

@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 from drake_quad.perception.sight import MapRevision, Sight
+from drake_quad.planning.known_mission import Growth
 from drake_quad.planning.mission import MissionPlan
 from drake_quad.planning.motion_plan import Stance
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.robot.model import RobotModel
 from drake_quad.scenario.config import Scenario
 from drake_quad.systems.disturbances import Disturbances
-from drake_quad.systems.transition_planner import Growth
 from drake_quad.terrain.course import Course
 from drake_quad.util.display import one_line
 

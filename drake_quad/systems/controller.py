@@ -17,6 +17,7 @@ from drake_quad.control.settings import ControlSettings, for_legs
 from drake_quad.errors import InputError
 from drake_quad.estimation.contact_from_torques import TouchSettings
 from drake_quad.estimation.imu_units import MTI_300, ImuNoise, settings_for
+from drake_quad.planning.known_mission import Growth
 from drake_quad.planning.motion_plan import MotionPlan, Stance, pose_robot
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
@@ -31,7 +32,7 @@ from drake_quad.systems.tracking_controller import (
     TrackingController,
     WholeBodyController,
 )
-from drake_quad.systems.transition_planner import Growth, TransitionPlanner
+from drake_quad.systems.transition_planner import TransitionPlanner
 from drake_quad.terrain.course import Course
 
 LEVEL_START = 0.002  # [m]: courses begin with a level floor or landing

@@ -1,7 +1,7 @@
 """TransitionPlanner: plans each task from the feet as they stand when it begins."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -9,97 +9,29 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
 
 from drake_quad.common import FloatArray
 from drake_quad.control.ports import SIZE, GaitPhase
-from drake_quad.errors import DrakeQuadError, PlanningError
+from drake_quad.errors import DrakeQuadError
 from drake_quad.perception.growing_map import describe_standing
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import describe_belief
+from drake_quad.planning.known_mission import (
+    Growth,
+    KnownMission,
+    mission_back,
+    mission_on,
+    on_other_map,
+)
 from drake_quad.planning.motion_plan import MotionPlan, Stance
-from drake_quad.planning.onward import Eyes, plan_onward, plan_way_back, why_not
+from drake_quad.planning.onward import why_not
 from drake_quad.planning.plan_job import PlanJob, PlanMaker, RestJob, TaskJob
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.planning.replan import project_to_map
-from drake_quad.planning.retreat import RetreatJob, plan_retreat
+from drake_quad.planning.retreat import RetreatJob
 from drake_quad.robot.kinematics import calc_feet
 from drake_quad.robot.model import RobotModel
 from drake_quad.robot.state import StateLayout
 from drake_quad.terrain.course import Course
 
 AS_PLANNED = 0.01  # of a leg: by which feet may be off, and still stand as planned
-
-
-@dataclass(frozen=True, eq=False)
-class Growth:
-    """How to plan on where the map grows, or is revised.
-
-    Attributes:
-        settings: The planner's settings, with the errors that are allowed for on any map.
-        eyes: The camera.
-        lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
-        back_down: Whether the robot goes back the way it came where there is no way on.
-        revise_before: Index of the task before which the map is revised by what feet have found, if
-            all of the mission is known from the start; None if the map is to grow.
-    """
-
-    settings: PlanSettings
-    eyes: Eyes
-    lift_off_margin: float
-    back_down: bool = False
-    revise_before: int | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class KnownMission:
-    """What is known of a mission.
-
-    Attributes:
-        course: The map.
-        settings: The planner's settings on it.
-        mission: The tasks.
-        revision: Number of the map's revision.
-        goes_on: Whether there will be more tasks.
-        revise_before: Index of the task before which the map is revised by what feet have found;
-            None if it is not, or no longer.
-        planned_on: Number of the revision that was planned on last.
-        refused: Why nothing was planned on a later one that feet have made; empty if none.
-        retreat: The plans of the walks that the last tasks lead back over, the last walk first.
-        reason: Why the robot goes back; empty if it does not.
-    """
-
-    course: Course
-    settings: PlanSettings
-    mission: tuple[Task, ...]
-    revision: int
-    goes_on: bool
-    revise_before: int | None = None
-    planned_on: int = 0
-    refused: str = ""
-    retreat: tuple[MotionPlan, ...] = ()
-    reason: str = ""
-
-    def __deepcopy__(self, memo: object) -> "KnownMission":
-        """It never changes, so that Drake may copy a Context without copying it."""
-        return self
-
-
-def on_other_map(stance: Stance, before: Course, after: Course) -> Stance:
-    """A stance on another map, each foot as high over the ground there as it was before.
-
-    The body stays where it is, so that its desired pose never jumps.
-
-    Args:
-        stance: The stance on the map of before.
-        before: The map of before.
-        after: The other map.
-    """
-    if after is before:
-        return stance
-    x, y = stance.feet[:, 0], stance.feet[:, 1]
-    change = after.height(x, y) - before.height(x, y)
-    if not np.isfinite(change).any():
-        return stance
-    change = np.where(np.isfinite(change), change, np.nanmedian(change))
-    feet = stance.feet + change[:, None] * np.array([0.0, 0.0, 1.0])
-    return replace(stance, feet=feet)
 
 
 class TransitionPlanner(LeafSystem):
@@ -220,7 +152,7 @@ class TransitionPlanner(LeafSystem):
                 state.get_mutable_abstract_state(int(self._known)).set_value(grown)
                 known = grown
             if (
-                known.course is before.course
+                known is before
                 and self._is_on_paper(plan)
                 and self._is_as_planned(plan, plan.duration, self._feet_on_map(context))
             ):
@@ -278,74 +210,17 @@ class TransitionPlanner(LeafSystem):
         reason, stance = revision.reason, self._stance_after(plan, context)
         if not reason:
             try:
-                course = revision.map.course(foot_radius=self._robot.foot_radius)
-                begin = on_other_map(stance, known.course, course)
-                if known.revise_before is not None:
-                    return self._revise(known, revision, begin)
-                return self._extend(known, revision, begin)
+                return mission_on(self._robot, self._growth, known, revision, stance)
             except DrakeQuadError as problem:
                 reason = why_not(problem)
         if self._growth.back_down:
             try:
-                return self._retreat(context, known, stance, reason)
+                return mission_back(
+                    self._robot, self._growth, known, self.plans(context), stance, reason=reason
+                )
             except DrakeQuadError as problem:
                 reason = f"{reason}; no way back: {why_not(problem)}"
         return self._stop(revision, stance, reason)
-
-    def _extend(self, known: KnownMission, revision: MapRevision, stance: Stance) -> KnownMission:
-        """The mission with its next stretch.
-
-        Raises:
-            DrakeQuadError: There is no way on.
-        """
-        assert self._growth is not None
-        onward = plan_onward(
-            self._robot, self._growth.settings, revision.map, stance, self._growth.eyes,
-            lift_off_margin=self._growth.lift_off_margin,
-        )  # fmt: skip
-        before = onward.revise_before
-        return KnownMission(
-            onward.course, onward.settings, (*known.mission, *onward.tasks), revision.number,
-            goes_on=onward.goes_on, planned_on=revision.number,
-            revise_before=None if before is None else len(known.mission) + before,
-        )  # fmt: skip
-
-    def _revise(self, known: KnownMission, revision: MapRevision, stance: Stance) -> KnownMission:
-        """The mission with its rest on a map that feet have made better, if it has a plan there."""
-        assert self._growth is not None and known.revise_before is not None
-        answered = replace(known, revision=revision.number, revise_before=None)
-        rest = known.mission[known.revise_before :]
-        try:
-            onward = plan_way_back(
-                self._robot, self._growth.settings, revision.map, rest, stance,
-                lift_off_margin=self._growth.lift_off_margin,
-            )  # fmt: skip
-        except DrakeQuadError as problem:
-            return replace(answered, refused=why_not(problem))
-        return replace(
-            answered, course=onward.course, settings=onward.settings, planned_on=revision.number
-        )
-
-    def _retreat(
-        self, context: Context, known: KnownMission, stance: Stance, reason: str
-    ) -> KnownMission:
-        """The mission with the way back to where the robot started.
-
-        Raises:
-            DrakeQuadError: There is none.
-        """
-        assert self._growth is not None
-        walks = [p for p in self.plans(context) if known.mission[p.index].kind == "walk"]
-        tasks = plan_retreat(
-            self._robot, known.course, known.settings, walks, stance,
-            first_index=len(known.mission), lift_off_margin=self._growth.lift_off_margin,
-        )  # fmt: skip
-        if not tasks:
-            raise PlanningError("the robot has not gone anywhere")
-        return replace(
-            known, mission=(*known.mission, *tasks), goes_on=True,
-            retreat=tuple(walks[::-1]), reason=reason,
-        )  # fmt: skip
 
     def _stop(
         self, revision: MapRevision, stance: Stance, reason: str, *, went_back: bool = False

@@ -25,15 +25,11 @@ from drake_quad.perception.growing_map import grow_map
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.perception.touchdown_heights import heights_as_seen, map_with_touchdowns
+from drake_quad.planning.known_mission import Growth, on_other_map
 from drake_quad.planning.motion_plan import MotionPlan, Stance, evaluate
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
-from drake_quad.systems.transition_planner import (
-    AS_PLANNED,
-    Growth,
-    TransitionPlanner,
-    on_other_map,
-)
+from drake_quad.systems.transition_planner import AS_PLANNED, TransitionPlanner
 
 SETTINGS = PlanSettings()
 WALK = Task(kind="walk", name="walk", lane=0, goal=3.25)
@@ -487,3 +483,32 @@ def test_a_stance_on_another_map_is_as_high_over_its_ground(higher: float) -> No
     np.testing.assert_allclose(moved.feet[:, 2] - after.height(x, y), 0.02 + higher, atol=1e-12)
     np.testing.assert_array_equal(moved.body, stance.body)
     assert on_other_map(stance, before, before) is stance
+
+
+def test_where_it_is_told_to_it_gives_up_the_rest_and_goes_back() -> None:
+    """Its feet contradict a map that was seen whole: it does not turn, but goes the way it came."""
+    known = replace(FIRST_LOOK, number=1, map=seen_whole(), reason="the feet contradict the map")
+    system = TransitionPlanner(
+        robot=paper_robot(), layout=model_layout(), settings=gait(),
+        mission=(ON_THE_MAP, TURN, STAND),
+        course=known.map.course(foot_radius=paper_robot().foot_radius),
+        growth=Growth(gait(), eyes(), 0.02, back_down=True, revise_before=1),
+    )  # fmt: skip
+    simulator, stance = Simulator(system), standing(known.map)
+    context, port = simulator.get_mutable_context(), system.GetOutputPort("motion_plan")
+    fix_inputs(
+        system, context, gait_phase=phase_of(0), map_known=known,
+        robot_state_estimated=state_of(stance.body, stance.feet),
+    )  # fmt: skip
+    simulator.AdvanceTo(0.1)
+    walk = port.Eval(context)
+    assert walk.revises_map
+    there = state_of(walk.end.body, walk.end.feet)
+    fix_inputs(system, context, gait_phase=phase_of(1), robot_state_estimated=there)
+    simulator.AdvanceTo(0.3)
+    back = port.Eval(context)
+    assert back.index == 1 and back.segments[0].name.startswith("back down") and back.goes_on
+    here = state_of(back.end.body, back.end.feet)
+    fix_inputs(system, context, gait_phase=phase_of(2), robot_state_estimated=here)
+    message = simulator.AdvanceTo(0.5).FormatMessage()
+    assert "stands where it started" in message and "the feet contradict the map" in message
