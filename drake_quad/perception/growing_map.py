@@ -108,6 +108,12 @@ def feet_apart(known: StairMap, feet: FloatArray) -> float:
     return float(np.ptp(feet[:, 2] - ground_height(known, lane_places(known, feet))))
 
 
+def datum_error(known: StairMap, feet: FloatArray) -> float:
+    """Half of the widest 95 % interval of the heights of the treads under the feet [m]."""
+    errors = np.concatenate([[0.0], known.height_errors])
+    return float(errors[np.searchsorted(known.places, lane_places(known, feet))].max())
+
+
 def describe_standing(known: StairMap, feet: FloatArray) -> str:
     """Where a robot stands on a map, for people.
 
@@ -237,9 +243,11 @@ def grow_map(
         raise PlanningError("no steps are seen from here")
     offset = feet_offset(known, feet)
     found = match_look(known, belief, level, offset=offset, reach=reach)
-    if len(feet):  # by so much the offset is not that of the treads ahead
-        wider = np.hypot(found.height_errors, feet_apart(known, feet))
-        found = found._replace(height_errors=wider)
+    # What the feet stand higher is not just what the treads ahead are: by as much as that differs
+    # from foot to foot, and as the heights of the treads under them are off themselves.
+    datum = float(np.hypot(feet_apart(known, feet), datum_error(known, feet))) if len(feet) else 0.0
+    seen_errors = found.height_errors
+    found = found._replace(height_errors=np.hypot(seen_errors, datum))
     end_seen, count = sees_end(belief, level), found.first + len(found.places)
     if end_seen and count < len(known.places):
         raise PlanningError(
@@ -251,20 +259,27 @@ def grow_map(
     told = np.arange(found.first + found.below, count)
     before = np.concatenate([known.place_errors, np.full(size - len(known.places), np.inf)])
     better = found.place_errors[found.below :] <= before[told]
-    # Heights that feet have told are not told anew, because no image is that good.
+    # Once feet have told heights, they are told anew only if they are known better so.
+    retold = better
+    if known.touched_treads.any():
+        heights_before = np.concatenate(
+            [known.height_errors, np.full(size - len(known.places), np.inf)]
+        )
+        retold = better & (found.height_errors[found.below :] <= heights_before[told])
     touched = np.concatenate([known.touched_treads, np.zeros(size - len(known.places), dtype=bool)])
-    higher = better & ~touched[told]
+    touched[told[retold]] = False
     columns = []
     for old, new, which in (
-        (known.places, found.places, better), (known.heights, found.heights, higher),
+        (known.places, found.places, better), (known.heights, found.heights, retold),
         (known.place_errors, found.place_errors, better),
-        (known.height_errors, found.height_errors, higher),
+        (known.height_errors, found.height_errors, retold),
     ):  # fmt: skip
         column = np.concatenate([old, np.full(size - len(old), np.inf)])
         column[told[which]] = new[found.below :][which]
         columns.append(column)
     places, heights, place_errors, height_errors = columns
-    correlation = _correlation(known, belief, size, told[higher], told[higher] - found.first)
+    mine = told[retold] - found.first
+    correlation = _correlation(known, belief, size, told[retold], mine, seen_errors[mine], datum)
     told = told[better]
     seen_in = [*known.seen_in, *[look] * (size - len(known.places))]
     for k in told:
@@ -300,12 +315,19 @@ def grow_map(
         complete=complete,
         doubt=doubt,
         seen_in=tuple(seen_in),
+        touched=tuple(touched.tolist()),
     )
     return trust(grown, reach=reach, yaw_sigma=0.0)
 
 
 def _correlation(
-    known: StairMap, belief: StairBelief, size: int, told: IntArray, seen: IntArray
+    known: StairMap,
+    belief: StairBelief,
+    size: int,
+    told: IntArray,
+    seen: IntArray,
+    seen_errors: FloatArray,
+    datum: float,
 ) -> FloatArray:
     """How errors of heights go together: of those told anew, and of those that stay.
 
@@ -315,11 +337,15 @@ def _correlation(
         size: How many steps the map has now.
         told: Indices in the map of the heights that are told anew.
         seen: Their indices in the belief.
+        seen_errors: Half of the 95 % interval of each as seen [m].
+        datum: The same of the height that all of them are counted from [m].
     """
     found = np.eye(size)
     stay = np.setdiff1d(np.arange(len(known.heights)), told)
     found[np.ix_(stay, stay)] = known.height_correlation[np.ix_(stay, stay)]
-    found[np.ix_(told, told)] = belief.height_correlation[np.ix_(seen, seen)]
+    alike = np.outer(seen_errors, seen_errors) * belief.height_correlation[np.ix_(seen, seen)]
+    widths = np.hypot(seen_errors, datum)
+    found[np.ix_(told, told)] = (alike + datum**2) / np.outer(widths, widths)
     return found
 
 

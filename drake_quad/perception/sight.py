@@ -51,6 +51,7 @@ class MapRevision:
         reason: Why nothing came of it; empty if something did.
         depth: The image [m], (height, width); 0 where there is none.
         looked: Whether it is a look; else it has what feet have found, and no image.
+        stood_on: How many of the treads feet have told the height of, of one that is no look.
     """
 
     number: int
@@ -61,6 +62,7 @@ class MapRevision:
     reason: str = ""
     depth: FloatArray = field(default_factory=lambda: np.zeros((1, 1)), repr=False)
     looked: bool = True
+    stood_on: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "depth", read_only(self.depth))

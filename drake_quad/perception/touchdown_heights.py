@@ -4,25 +4,37 @@ How high a foot is in the world is known no better than how high the base is, an
 estimator takes the base's height from the map. How much higher a foot stands than the other feet
 follows from the legs' joints and from the trunk's tilt. So these differences are what is measured.
 
-The state has the heights of the treads and the error of the estimated tilt along the flight. That
-error is taken to stay the same all the way, because a tilt that is estimated wrongly makes each
-step too high, or each too low. The floor before the flight is where heights are counted from.
-A touchdown is one update of a Kalman filter (Kalman, "A New Approach to Linear Filtering and
-Prediction Problems", Journal of Basic Engineering, 1960).
+The state has the heights of the treads and what the differences may have wrong:
+
+- the errors of the estimated tilt, along the flight and across it, which stay the same all the way;
+- of each leg, an error of its own, by its joints and lengths, which stays as well;
+- of each foot, an error of its stance, by what it sinks in and where on its sole it stands, which
+  is another one each time that it lands.
+
+The floor before the flight is where heights are counted from. The feet that land at one time are
+one update of a Kalman filter (Kalman, "A New Approach to Linear Filtering and Prediction Problems",
+Journal of Basic Engineering, 1960).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_quad.common import FloatArray, read_only
+from drake_quad.common import BoolArray, FloatArray, IntArray, read_only
 from drake_quad.perception.growing_map import FEET_APART, lane_places
 from drake_quad.perception.stair_belief import NORMAL_95
 from drake_quad.perception.stair_map import StairMap
 
-FOOT_SIGMA = 0.0015  # [m] deviation of a foot's height over its tread: joints, and what it sinks in
+LEG_SIGMA = 0.001  # [m] deviation of a foot's height by its leg
+STANCE_SIGMA = 0.001  # [m] the same by how it stands
+NOISE = 0.0003  # [m] the same from one moment to the next
 NEAR_NOSING = 3.0  # deviations of a nosing's place within which a foot may be on either side
+SAME_PLACE = 0.01  # [m] within which a foot that touches again has not made a step
+OUTLIER = 4.0  # deviations from which a touchdown is not believed until another foot says the same
+LEAST_OUTLIER = 0.01  # [m] that it is off in any case
+TILTS, FEET = 2, 4
+EXTRA = TILTS + 2 * FEET  # states behind the treads: tilts, legs, stances
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,25 +42,36 @@ class TouchdownHeights:
     """What the feet have told of a map's heights so far; arrays cannot be written to.
 
     Attributes:
-        state: Heights of the treads in W [m], then the error of the estimated tilt [rad], (n + 1,).
-        covariance: Its covariance, (n + 1, n + 1).
+        state: Heights of the treads in W [m], the errors of the tilt along and across the flight
+            [rad], of the legs and of the stances (FL, FR, RL, RR) [m], (n + 10,).
+        covariance: Its covariance, (n + 10, n + 10).
         touchdowns: How many touchdowns told each tread's height, (n,).
-        off: By how much a touchdown's height differed most from what was expected [m].
+        doubted: How much higher than expected a touchdown was on each tread that was not believed;
+            nan of a tread without one, (n,) [m].
+        places: Where each foot landed last, (4, 2) in W [m]; nan of one that has not.
+        ignored: Which feet were not believed when they landed, and stand there still, (4,).
+        contradicted: Treads on which two touchdowns were farther off the map than it may be, and by
+            how much [m].
     """
 
     state: FloatArray
     covariance: FloatArray
     touchdowns: NDArray[np.intp]
-    off: float = 0.0
+    doubted: FloatArray
+    places: FloatArray = field(default_factory=lambda: np.full((FEET, 2), np.nan))
+    ignored: BoolArray = field(default_factory=lambda: np.zeros(FEET, dtype=bool))
+    contradicted: tuple[tuple[int, float], ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("state", "covariance"):
+        for name in ("state", "covariance", "doubted", "places"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
+        for counted in (self.touchdowns, self.ignored):
+            counted.setflags(write=False)
 
     @property
-    def contradicts(self) -> bool:
-        """Whether a foot found its tread farther off the map than any map is believed to be."""
-        return self.off > FEET_APART
+    def count(self) -> int:
+        """How many treads there are."""
+        return len(self.touchdowns)
 
 
 def heights_as_seen(known: StairMap, *, tilt_sigma: float) -> TouchdownHeights:
@@ -56,99 +79,194 @@ def heights_as_seen(known: StairMap, *, tilt_sigma: float) -> TouchdownHeights:
 
     Args:
         known: The map.
-        tilt_sigma: Standard deviation of the estimated tilt of the trunk along the flight [rad].
+        tilt_sigma: Standard deviation of the estimated tilt of the trunk about each axis [rad].
     """
     count, sigmas = len(known.heights), known.height_errors / NORMAL_95
-    covariance = np.zeros((count + 1, count + 1))
-    covariance[:-1, :-1] = np.outer(sigmas, sigmas) * known.height_correlation
-    covariance[-1, -1] = tilt_sigma**2
-    none = np.zeros(count, dtype=np.intp)
-    return TouchdownHeights(np.append(known.heights, 0.0), covariance, none)
+    covariance = np.zeros((count + EXTRA, count + EXTRA))
+    covariance[:count, :count] = np.outer(sigmas, sigmas) * known.height_correlation
+    extra = [tilt_sigma] * TILTS + [LEG_SIGMA] * FEET + [STANCE_SIGMA] * FEET
+    covariance[count:, count:] = np.diag(np.square(extra))
+    return TouchdownHeights(
+        np.append(known.heights, np.zeros(EXTRA)), covariance, np.zeros(count, dtype=np.intp),
+        np.full(count, np.nan),
+    )  # fmt: skip
 
 
 def heights_on_grown_map(told: TouchdownHeights, known: StairMap) -> TouchdownHeights:
     """The same on a map that has grown: of treads that no foot has been on, as the map has them.
 
-    How these err together with the others is left out.
+    How the errors of these go with the others' is left out.
 
     Args:
         told: What the feet have told on the map of before.
-        known: The map as it is now; the heights of treads that feet have told are those of before.
+        known: The map as it is now, of whose heights those in `touched` are the feet's.
     """
-    count, before = len(known.heights), len(told.touchdowns)
+    count = len(known.heights)
     new = heights_as_seen(known, tilt_sigma=0.0)
-    kept = np.flatnonzero(told.touchdowns)
-    old, at = np.append(kept, before), np.append(kept, count)
+    kept = np.flatnonzero(known.touched_treads)
+    old = np.append(kept, np.arange(told.count, told.count + EXTRA))
+    at = np.append(kept, np.arange(count, count + EXTRA))
     state, covariance = new.state.copy(), new.covariance.copy()
     state[at] = told.state[old]
     covariance[at], covariance[:, at] = 0.0, 0.0
     covariance[np.ix_(at, at)] = told.covariance[np.ix_(old, old)]
     touchdowns = np.zeros(count, dtype=np.intp)
     touchdowns[kept] = told.touchdowns[kept]
-    return TouchdownHeights(state, covariance, touchdowns, told.off)
+    return replace(
+        told, state=state, covariance=covariance, touchdowns=touchdowns,
+        doubted=np.full(count, np.nan),
+    )  # fmt: skip
 
 
-def treads_under(known: StairMap, feet: FloatArray) -> NDArray[np.intp]:
+def treads_under(known: StairMap, feet: FloatArray, *, place_sigma: float) -> IntArray:
     """Which tread of a map each foot stands on.
 
     Args:
         known: The map.
         feet: Points in W, (k, 3) [m].
+        place_sigma: Standard deviation of where the robot believes to be [m].
 
     Returns:
         0 for the floor, i for the tread behind nosing i - 1; -1 where the foot may be on either
         side of a nosing, or beyond the last tread of a flight whose end is not known, (k,).
     """
     s = lane_places(known, feet)
-    doubt = NEAR_NOSING * known.place_errors / NORMAL_95
+    doubt = NEAR_NOSING * np.hypot(known.place_errors / NORMAL_95, place_sigma)
     unclear = np.any(np.abs(s[:, None] - known.places) < doubt, axis=1)
     if not known.complete:
         unclear |= s > known.places[-1] + known.run
     return np.where(unclear, -1, np.searchsorted(known.places, s))
 
 
-def add_touchdown(
-    told: TouchdownHeights, known: StairMap, feet: FloatArray, landed: int
+def add_touchdowns(
+    told: TouchdownHeights,
+    known: StairMap,
+    feet: FloatArray,
+    stands: BoolArray,
+    landed: BoolArray,
+    *,
+    place_sigma: float = 0.0,
 ) -> TouchdownHeights:
-    """The heights after a foot has landed.
+    """The heights after feet have landed.
 
     Args:
         told: The heights before.
         known: The map.
-        feet: Points of the ground under the feet that stand, in W as estimated, (k, 3) [m].
-        landed: Row of the foot that has landed last.
+        feet: Points of the ground under the feet, in W as estimated, (4, 3) [m].
+        stands: Which of them stand firmly, (4,).
+        landed: Which of these have not before, (4,).
+        place_sigma: Standard deviation of where the robot believes to be [m].
 
     Returns:
-        The heights; the same object where it is not clear on which treads the feet stand.
+        The heights; the same object if no foot has made a step, or if it is not clear on which
+        treads the feet stand.
     """
-    on = treads_under(known, feet)
-    others = np.flatnonzero((on >= 0) & (np.arange(len(feet)) != landed))
-    if on[landed] < 0 or not len(others):
+    with np.errstate(invalid="ignore"):
+        stepped = ~(np.linalg.norm(feet[:, :2] - told.places, axis=1) < SAME_PLACE)
+    on = treads_under(known, feet, place_sigma=place_sigma)
+    new = landed & stepped & stands & (on >= 0)
+    rows = np.flatnonzero(stands & (on >= 0) & (new | ~told.ignored))
+    fresh = np.flatnonzero(new)
+    if len(rows) < 2 or not len(fresh):
         return told
-    count = len(told.touchdowns)
-    # A column for each tread, the floor before them, and the tilt behind them.
-    rows = np.zeros((len(others), count + 2))
-    rows[:, on[landed]] += 1.0
-    rows[np.arange(len(others)), on[others]] -= 1.0
-    s = lane_places(known, feet)
-    rows[:, -1] = s[landed] - s[others]
-    higher = feet[landed, 2] - feet[others, 2] - rows[:, 0] * known.floor
-    H = rows[:, 1:]
-    innovation = higher - H @ told.state
-    # All differences have the error of the foot that has landed.
-    R = FOOT_SIGMA**2 * (np.eye(len(others)) + 1.0)
-    gain = np.linalg.solve(H @ told.covariance @ H.T + R, H @ told.covariance).T
+    places = told.places.copy()
+    places[fresh] = feet[fresh, :2]
+    told = replace(_with_new_stances(told, fresh), places=places, ignored=told.ignored & ~new)
+    y, H = _differences(told, known, feet, rows, on)
+    R = NOISE**2 * (np.eye(len(y)) + 1.0)
+    innovation, S = y - H @ told.state, H @ told.covariance @ H.T + R
+    if innovation @ np.linalg.solve(S, innovation) > OUTLIER**2:
+        found = _doubt(told, on, fresh, rows, innovation)
+        if found is not None:
+            return found
+        # Another foot has said the same before: the map is wrong there.
+        told = _with_open_treads(told, on[fresh], float(np.abs(innovation).max()))
+        S = H @ told.covariance @ H.T + R
+    gain = np.linalg.solve(S, H @ told.covariance).T
     # Joseph's form: the covariance stays symmetric and positive, whatever is rounded.
-    L = np.eye(count + 1) - gain @ H
+    L = np.eye(len(told.state)) - gain @ H
     touchdowns = told.touchdowns.copy()
-    if on[landed]:
-        touchdowns[on[landed] - 1] += 1
-    return TouchdownHeights(
-        told.state + gain @ innovation,
-        L @ told.covariance @ L.T + gain @ R @ gain.T,
-        touchdowns,
-        max(told.off, float(abs(np.median(innovation)))),
+    np.add.at(touchdowns, on[fresh][on[fresh] > 0] - 1, 1)
+    return replace(
+        told,
+        state=told.state + gain @ innovation,
+        covariance=L @ told.covariance @ L.T + gain @ R @ gain.T,
+        touchdowns=touchdowns,
     )
+
+
+def _with_new_stances(told: TouchdownHeights, legs: IntArray) -> TouchdownHeights:
+    """The heights with stances of some legs of which nothing is known yet."""
+    at = told.count + TILTS + FEET + legs
+    state, covariance = told.state.copy(), told.covariance.copy()
+    state[at] = 0.0
+    covariance[at], covariance[:, at] = 0.0, 0.0
+    covariance[at, at] = STANCE_SIGMA**2
+    return replace(told, state=state, covariance=covariance)
+
+
+def _differences(
+    told: TouchdownHeights, known: StairMap, feet: FloatArray, rows: IntArray, on: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """How much higher each foot stands than the first of them (k - 1,) [m], and its rows H."""
+    n = told.count
+    s = lane_places(known, feet)
+    across = np.array([-np.sin(known.yaw), np.cos(known.yaw)])
+    aside = (feet[:, :2] - known.origin) @ across
+    A = np.zeros((len(rows), n + EXTRA))
+    A[:, n], A[:, n + 1] = s[rows], aside[rows]
+    for i, row in enumerate(rows):
+        if on[row]:
+            A[i, on[row] - 1] = 1.0
+        A[i, n + TILTS + row] = A[i, n + TILTS + FEET + row] = 1.0
+    z = feet[rows, 2] - np.where(on[rows] == 0, known.floor, 0.0)
+    return z[1:] - z[0], A[1:] - A[0]
+
+
+def _doubt(
+    told: TouchdownHeights, on: IntArray, fresh: IntArray, rows: IntArray, innovation: FloatArray
+) -> TouchdownHeights | None:
+    """The heights with a touchdown that is remembered, and not believed.
+
+    Args:
+        told: The heights before it.
+        on: The treads under the feet.
+        fresh: The feet that have landed.
+        rows: The feet that stand.
+        innovation: How much higher than expected each foot stands than the first of `rows` [m].
+
+    Returns:
+        None where it is to be believed: if it is off by little, or if it is the second one that is
+        off in this way. A second one farther off than a map may be contradicts the map.
+    """
+    off, new = np.concatenate([[0.0], innovation]), np.isin(rows, fresh)
+    off = off - np.median(off if new.all() else off[~new])
+    fresh_off = off[new]
+    worst = int(np.argmax(np.abs(fresh_off)))
+    tread, higher = int(on[fresh[worst]]), float(fresh_off[worst])
+    if abs(higher) < LEAST_OUTLIER:
+        return None
+    ignored = told.ignored.copy()
+    ignored[fresh[worst]] = True
+    told = replace(told, ignored=ignored)
+    if tread == 0 or np.all(on[rows] == tread):
+        return told  # what lies there is no tread
+    before = told.doubted[tread - 1]
+    if np.isnan(before) or before * higher < 0.0:
+        doubted = told.doubted.copy()
+        doubted[tread - 1] = higher
+        return replace(told, doubted=doubted)
+    if min(abs(before), abs(higher)) > FEET_APART:
+        return replace(told, contradicted=(*told.contradicted, (tread, higher)))
+    return None
+
+
+def _with_open_treads(told: TouchdownHeights, treads: IntArray, sigma: float) -> TouchdownHeights:
+    """The heights with treads that are known no better than to `sigma` [m]."""
+    at = treads[treads > 0] - 1
+    covariance = told.covariance.copy()
+    covariance[at, at] += sigma**2
+    return replace(told, covariance=covariance)
 
 
 def map_with_touchdowns(known: StairMap, told: TouchdownHeights) -> StairMap:
@@ -158,9 +276,12 @@ def map_with_touchdowns(known: StairMap, told: TouchdownHeights) -> StairMap:
         known: The map.
         told: What the feet have told.
     """
-    covariance = told.covariance[:-1, :-1]
-    heights, sigmas = told.state[:-1], np.sqrt(np.diag(covariance))
+    covariance = told.covariance[: told.count, : told.count]
+    heights, sigmas = told.state[: told.count], np.sqrt(np.diag(covariance))
     height_errors = NORMAL_95 * sigmas
+    scale = np.where(sigmas > 0.0, sigmas, 1.0)
+    correlation = covariance / np.outer(scale, scale)
+    np.fill_diagonal(correlation, 1.0)
     floor, stairs, *rest = known.elements
     assert stairs.rises is not None
     rises = np.diff(heights, prepend=known.floor)
@@ -170,7 +291,7 @@ def map_with_touchdowns(known: StairMap, told: TouchdownHeights) -> StairMap:
         elements=(floor, replace(stairs, rises=rises.tolist()), *rest),
         heights=heights,
         height_errors=height_errors,
-        height_correlation=covariance / np.outer(sigmas, sigmas),
+        height_correlation=correlation,
         error_height=float(height_errors[:used].max()),
         touched=tuple((known.touched_treads | (told.touchdowns > 0)).tolist()),
     )

@@ -34,6 +34,11 @@ class Growth:
     back_down: bool = False
     revise_before: int | None = None
 
+    @property
+    def looks_again(self) -> bool:
+        """Whether the mission is not known to its end, so that the robot looks again on its way."""
+        return self.revise_before is None
+
 
 @dataclass(frozen=True, eq=False)
 class KnownMission:
@@ -47,6 +52,7 @@ class KnownMission:
         goes_on: Whether there will be more tasks.
         revise_before: Index of the task before which the map is revised by what feet have found;
             None if it is not, or no longer.
+        on_paper: How many of the first tasks plans that were made beforehand are of.
         planned_on: Number of the revision that was planned on last.
         refused: Why nothing was planned on a later one that feet have made; empty if none.
         retreat: The plans of the walks that the last tasks lead back over, the last walk first.
@@ -59,6 +65,7 @@ class KnownMission:
     revision: int
     goes_on: bool
     revise_before: int | None = None
+    on_paper: int = 0
     planned_on: int = 0
     refused: str = ""
     retreat: tuple[MotionPlan, ...] = ()
@@ -72,7 +79,7 @@ class KnownMission:
 def on_other_map(stance: Stance, before: Course, after: Course) -> Stance:
     """A stance on another map, each foot as high over the ground there as it was before.
 
-    The body stays where it is, so that its desired pose never jumps.
+    The body stays where it is.
 
     Args:
         stance: The stance on the map of before.
@@ -116,7 +123,7 @@ def mission_on(
     before = onward.revise_before
     return KnownMission(
         onward.course, onward.settings, (*known.mission, *onward.tasks), revision.number,
-        goes_on=onward.goes_on, planned_on=revision.number,
+        goes_on=onward.goes_on, planned_on=revision.number, on_paper=len(known.mission),
         revise_before=None if before is None else len(known.mission) + before,
     )  # fmt: skip
 
@@ -124,7 +131,14 @@ def mission_on(
 def _with_better_map(
     robot: RobotModel, growth: Growth, known: KnownMission, revision: MapRevision, stance: Stance
 ) -> KnownMission:
-    """The mission with its rest on a map that feet have made better, if it has a plan there."""
+    """The mission with its rest on a map that feet have made better.
+
+    If it has no plan there, and the map of before is not disproved, it goes on with that.
+
+    Raises:
+        DrakeQuadError: It has no plan there, and heights are farther off than the plan allows for.
+    """
+    assert known.revise_before is not None
     answered = replace(known, revision=revision.number, revise_before=None)
     try:
         onward = plan_way_back(
@@ -132,10 +146,20 @@ def _with_better_map(
             lift_off_margin=growth.lift_off_margin,
         )  # fmt: skip
     except DrakeQuadError as problem:
+        course = revision.map.course(foot_radius=robot.foot_radius)
+        if farthest_apart(known.course, course) > known.settings.map_error_height:
+            raise
         return replace(answered, refused=why_not(problem))
     return replace(
-        answered, course=onward.course, settings=onward.settings, planned_on=revision.number
-    )
+        answered, course=onward.course, settings=onward.settings, planned_on=revision.number,
+        on_paper=known.revise_before,
+    )  # fmt: skip
+
+
+def farthest_apart(one: Course, other: Course) -> float:
+    """How far the heights of two maps of the same flight are apart at most [m]."""
+    heights = (course.nosings()[:, 0, 2] for course in (one, other))
+    return float(np.abs(np.subtract(*heights)).max(initial=0.0))
 
 
 def mission_back(
@@ -169,6 +193,6 @@ def mission_back(
     if not tasks:
         raise PlanningError("the robot has not gone anywhere")
     return replace(
-        known, mission=(*done, *tasks), goes_on=True, revise_before=None,
+        known, mission=(*done, *tasks), goes_on=True, revise_before=None, on_paper=len(done),
         retreat=tuple(walks[::-1]), reason=reason,
     )  # fmt: skip

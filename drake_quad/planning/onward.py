@@ -217,6 +217,8 @@ def doubtful_foothold(found: StairMap, course: Course, plans: Sequence[MotionPla
     turned = np.sqrt(max(found.error_place**2 - float(found.place_errors.max()) ** 2, 0.0))
     errors = np.hypot(found.place_errors, turned)
     steps = [step for plan in plans for step in plan.contacts.steps]
+    if not steps:
+        return ""
     s = course.lanes[0].coordinates(np.array([step.swing.p_end for step in steps]))[0]
     on = np.searchsorted(found.places, s) - 1  # the step that each foot is on, -1 for the floor
     room = np.where(on >= 0, s - found.places[on] - errors[on], np.inf)

@@ -118,7 +118,8 @@ def record_sight(
             `simulation.belief_proof`.
     """
     belief = sight.belief
-    last = revisions[-1].map if revisions else sight.map
+    used = [revision.map for revision in revisions if not revision.reason]
+    last = used[-1] if used else sight.map
     told: dict[str, Any] = {
         "words": describe_belief(belief),
         "refused": sight.refused,
@@ -190,8 +191,7 @@ def _words(revision: MapRevision) -> str:
     """What a revision is made of, in a few words for people."""
     if revision.looked:
         return describe_belief(revision.belief)
-    touched = int(revision.map.touched_treads.sum())
-    return f"its feet stood on {touched} of {len(revision.map.heights)} steps"
+    return f"its feet told the height of {revision.stood_on} of {len(revision.map.heights)} steps"
 
 
 def seen_figures(told: Mapping[str, Any]) -> dict[str, Any]:
@@ -226,7 +226,8 @@ def seen_figures(told: Mapping[str, Any]) -> dict[str, Any]:
 def _figures_of_map(told: Mapping[str, Any]) -> dict[str, Any]:
     """The figures of the map as it was in the end, where the robot looked again on its way."""
     revisions = told.get("revisions", [])
-    last = revisions[-1] if revisions else {}
+    used = [entry for entry in revisions if not entry["reason"]]
+    last = used[-1] if used else {}
     places, heights = (
         [row[name] for row in last.get("nosings", [])] for name in ("place", "height")
     )

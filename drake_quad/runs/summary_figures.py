@@ -293,7 +293,7 @@ SUMMARY = (
     Figure("seen.looks", "", "From how many places it looked: 1, or more where the map grew on the "
            "way; the other figures are of the first look"),
     Figure("seen.map_steps", "", "How many steps the map had in the end; this and the next ones "
-           "are null where the map stayed as it was first seen"),
+           "are null where the robot neither looked again nor came back"),
     Figure("seen.map_complete", "", "Whether the flight's end was seen in the end", "verdict"),
     Figure("seen.map_place_error_max", "m", "Greatest error of a nosing's place in the map as it "
            "was in the end, along its lane"),

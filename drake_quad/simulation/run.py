@@ -211,7 +211,7 @@ def replay_plan(p: PreparedScenario) -> RunResult:
     reason = "kinematic replay of the plan: no physics, nothing measured"
     if p.sight is not None and p.sight.refused:
         outcome, reason = "stopped", p.sight.refused
-    elif p.growth is not None and p.growth.revise_before is None:
+    elif p.growth is not None and p.growth.looks_again:
         outcome, reason = "stopped", "a kinematic replay does not look again from a tread"
     result = result_of(p, outcome, reason, table, plans, simulated=float(times[-1]), wall=wall)
     result.summary["overlaps"] = list(touches.deepest[:LISTED])
@@ -333,9 +333,10 @@ def _simulate(
 
 def _planned_time(p: PreparedScenario, climb: StairClimb, context: Context) -> float:
     """How long what is planned so far takes, if the gait clock never waits [s]."""
-    if p.growth is None or p.growth.revise_before is not None:
+    if p.growth is None:
         return p.plan.duration
-    return sum(plan.duration for plan in _plans(climb, context) if plan.revision == 0)
+    made = sum(plan.duration for plan in _plans(climb, context) if plan.revision == 0)
+    return made if p.growth.looks_again else max(p.plan.duration, made)
 
 
 def _time_limit(p: PreparedScenario, climb: StairClimb, context: Context) -> float:

@@ -14,7 +14,7 @@ from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.perception.touchdown_heights import (
     TouchdownHeights,
-    add_touchdown,
+    add_touchdowns,
     heights_as_seen,
     heights_on_grown_map,
     map_with_touchdowns,
@@ -56,9 +56,9 @@ class MapMemory:
         task: Index of the look under way; -1 for none.
         since: When it began [s].
         bearing_since: When each foot began to bear without a break [s]; infinite if it does not.
-        counted: Which feet have been counted since they did.
+        counted: Which feet have been counted since they began to bear.
         heights: What feet have told of the heights; None until one has landed on a tread.
-        touched_at: When one landed last [s].
+        touched_at: When feet told something last [s].
         closed: Whether the map is no longer made better by feet.
     """
 
@@ -184,26 +184,29 @@ class MapKeeper(LeafSystem):
         landed = np.flatnonzero(firm & ~counted)
         if not len(landed) and np.array_equal(since, kept.bearing_since):
             return kept
-        known, heights = kept.revisions[-1].map, kept.heights
+        known, heights, touched_at = kept.revisions[-1].map, kept.heights, kept.touched_at
         if len(landed):
-            rows = np.flatnonzero(firm)
-            feet = self._feet.Eval(context).reshape(4, 3)[rows]
-            begun = heights or heights_as_seen(known, tilt_sigma=self._tilt_sigma(context))
-            found = begun
-            for row in np.searchsorted(rows, landed):
-                found = add_touchdown(found, known, feet, int(row))
-            # Before the flight all feet stand on the floor, which tells nothing of the treads.
-            heights = found if found.touchdowns.any() else heights
+            feet = self._feet.Eval(context).reshape(4, 3)
+            tilt, place = self._sigmas(context)
+            found = add_touchdowns(
+                heights or heights_as_seen(known, tilt_sigma=tilt), known, feet, firm,
+                firm & ~counted, place_sigma=place,
+            )  # fmt: skip
+            # Until a foot is on a tread, nothing is told of any.
+            if heights is not None or found.touchdowns.any() or not np.isnan(found.doubted).all():
+                touched_at = now if found is not heights else touched_at
+                heights = found
         return replace(
-            kept, bearing_since=since, counted=counted | (firm & bears), heights=heights,
-            touched_at=now if len(landed) and heights is not None else kept.touched_at,
+            kept, bearing_since=since, counted=counted | firm, heights=heights,
+            touched_at=touched_at,
         )  # fmt: skip
 
-    def _tilt_sigma(self, context: Context) -> float:
-        """Deviation of the estimated tilt [rad]; 0 of a true state."""
+    def _sigmas(self, context: Context) -> tuple[float, float]:
+        """Deviations of the estimated tilt [rad] and place [m]; 0 of a true state."""
         if not self._deviation.HasValue(context):
-            return 0.0
-        return float(self._deviation.Eval(context)[:2].max())
+            return 0.0, 0.0
+        deviation = self._deviation.Eval(context)
+        return float(deviation[:2].max()), float(deviation[6:8].max())
 
     def _revised_by_feet(self, context: Context, kept: MapMemory) -> MapMemory:
         """The memory with a revision of the map by what the feet have told."""
@@ -214,9 +217,11 @@ class MapKeeper(LeafSystem):
         except DrakeQuadError as problem:
             reason = why_not(problem)
         stamp = kept.touched_at if heights is not None else context.get_time()
+        stood_on = 0 if heights is None else int(np.count_nonzero(heights.touchdowns))
         revision = MapRevision(
-            last.number + 1, stamp, last.belief, last.level, known, reason, looked=False
-        )
+            last.number + 1, stamp, last.belief, last.level, known, reason, looked=False,
+            stood_on=stood_on,
+        )  # fmt: skip
         return replace(kept, revisions=(*kept.revisions, revision), closed=True)
 
     def _with_touchdowns(self, known: StairMap, heights: TouchdownHeights | None) -> StairMap:
@@ -228,11 +233,11 @@ class MapKeeper(LeafSystem):
         """
         if heights is None:
             return known
-        if heights.contradicts:
+        for tread, higher in heights.contradicted:
             raise PlanningError(
-                f"the feet contradict the map: a tread is {heights.off:.2f} m higher, or lower, "
-                "than it has",
-                off=heights.off,
+                f"the feet contradict the map: step {tread} is {abs(higher):.2f} m "
+                f"{'higher' if higher > 0.0 else 'lower'} than it has",
+                off=abs(higher),
             )
         refined = map_with_touchdowns(known, heights)
         refined.course(foot_radius=self._settings.foot_radius)

@@ -49,7 +49,7 @@ class TransitionPlanner(LeafSystem):
     back the way it came before that.
 
     Once a flight was walked up, the rest of the mission is planned on the map as feet have found
-    it. If it has no plan there, the map of before stays.
+    it. If it has no plan there, the map of before stays, if feet have not disproved it.
 
     Input ports:
         gait_phase: See GaitPhase.
@@ -99,7 +99,8 @@ class TransitionPlanner(LeafSystem):
         revise_before = None if growth is None else growth.revise_before
         known = KnownMission(
             course, settings, tuple(mission), 0,
-            goes_on=growth is not None and revise_before is None, revise_before=revise_before,
+            goes_on=growth is not None and growth.looks_again, revise_before=revise_before,
+            on_paper=len(self._planned),
         )  # fmt: skip
         self._known = self.DeclareAbstractState(AbstractValue.Make(known))
         self._map_port = None
@@ -152,7 +153,7 @@ class TransitionPlanner(LeafSystem):
                 state.get_mutable_abstract_state(int(self._known)).set_value(grown)
                 known = grown
             if (
-                known is before
+                task < known.on_paper
                 and self._is_on_paper(plan)
                 and self._is_as_planned(plan, plan.duration, self._feet_on_map(context))
             ):

@@ -215,22 +215,36 @@ def test_people_are_told_where_it_stands() -> None:
     assert describe_standing(known, FEET[:2]) == "on four feet on step 3"
 
 
-def test_heights_that_feet_have_told_are_not_told_anew() -> None:
-    """A look from nearer tells a step's place anew; its height too, unless feet have told that."""
-    known = replace(first_map(), height_errors=np.full(5, 0.001))
-    heights = np.array(known.heights)
-    heights[3:] += 0.004
-    stood = replace(known, heights=heights, touched=(False, False, False, True))
+@pytest.mark.parametrize(("half", "kept"), [(0.001, True), (0.02, False)])
+def test_heights_that_feet_have_told_are_told_anew_only_if_that_is_better(
+    half: float, kept: bool
+) -> None:
+    """A look tells a step's place anew; its height too, if no foot has told it better."""
+    known = replace(first_map(), height_errors=np.full(5, half))
+    heights = known.heights + np.array([0.0, 0.0, 0.0, 0.004, 0.004])
+    stood = replace(known, heights=heights, touched=(True, True, True, True, False))
     look = flight(3, 4, sigma=0.001)
     one, other = (
         grow_map(m, look, NOT_SEEN, feet=np.zeros((0, 3)), landing=2.0, reach=0.4, look=1)
         for m in (stood, known)
     )
     np.testing.assert_array_equal(one.places, other.places)
-    assert one.heights[3] == heights[3] and other.heights[3] == known.heights[3]
-    assert one.height_errors[3] == 0.001 < other.height_errors[3] == one.height_errors[4]
-    assert one.heights[4] == other.heights[4] != heights[4]
-    assert one.touched_treads.tolist() == [False] * 3 + [True] + [False] * 3
+    np.testing.assert_array_equal(other.heights[3:5], known.heights[3:5])
+    assert np.array_equal(one.heights[3:5], heights[3:5]) is kept
+    assert np.all(one.height_errors[3:5] == (half if kept else one.height_errors[5]))
+    assert one.touched_treads.tolist() == [True, True, True, kept, False, False, False]
+
+
+def test_treads_ahead_are_no_better_known_than_those_under_the_feet() -> None:
+    """Their heights are counted from there: intervals are wider, and all err together by that."""
+    known = replace(first_map(), height_errors=np.full(5, 0.01))
+    look = flight(3, 4, sigma=0.001)
+    grown = grow_map(known, look, NOT_SEEN, feet=FEET, landing=2.0, reach=0.4, look=1)
+    seen = NORMAL_95 * look.height_sigmas[1]
+    assert grown.height_errors[5:] == pytest.approx(np.hypot(0.01, seen))
+    share = 0.01**2 / (0.01**2 + seen**2)
+    assert grown.height_correlation[5, 6] == pytest.approx(share)
+    np.testing.assert_allclose(np.diag(grown.height_correlation), 1.0)
 
 
 def test_heights_of_one_look_err_together_and_those_of_two_looks_do_not() -> None:

@@ -128,10 +128,10 @@ def test_what_feet_found_is_shown_as_theirs(tmp_path: Path) -> None:
     assert shown.map is not None
     first = MapRevision(0, 0.9, shown.belief, shown.level, shown.map)
     touched = replace(shown.map, touched=(True,) * N)
-    last = replace(first, number=1, stamp=55.0, map=touched, looked=False)
+    last = replace(first, number=1, stamp=55.0, map=touched, looked=False, stood_on=N)
     run = load_run(write_seen(tmp_path, shown, (first, last)))
     row = revision_rows(run)[1]
-    assert (row.name, row.seen) == ("by the feet", f"its feet stood on {N} of {N} steps")
+    assert (row.name, row.seen) == ("by the feet", f"its feet told the height of {N} of {N} steps")
     assert row.outcome == "the rest is planned on it"
     assert revision_times(run) == [("by the feet", 55.0)]
     labels = draw_revisions(run).axes[0].get_legend_handles_labels()[1]

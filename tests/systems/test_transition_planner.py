@@ -25,11 +25,14 @@ from drake_quad.perception.growing_map import grow_map
 from drake_quad.perception.sight import MapRevision
 from drake_quad.perception.stair_map import StairMap
 from drake_quad.perception.touchdown_heights import heights_as_seen, map_with_touchdowns
-from drake_quad.planning.known_mission import Growth, on_other_map
+from drake_quad.planning import known_mission
+from drake_quad.planning.known_mission import Growth, KnownMission, on_other_map
 from drake_quad.planning.motion_plan import MotionPlan, Stance, evaluate
+from drake_quad.planning.onward import Onward, round_up
 from drake_quad.planning.plan_job import PlanMaker
 from drake_quad.planning.problem import PlanSettings, Task
 from drake_quad.systems.transition_planner import AS_PLANNED, TransitionPlanner
+from drake_quad.terrain.elements import Element
 
 SETTINGS = PlanSettings()
 WALK = Task(kind="walk", name="walk", lane=0, goal=3.25)
@@ -386,12 +389,14 @@ def test_where_there_is_no_way_back_either_it_says_both() -> None:
 ON_THE_MAP = Task(kind="walk", name="walk 1", lane=0, goal=2.6)
 
 
-def revised(revision: MapRevision) -> tuple[TransitionPlanner, Simulator, MotionPlan]:
+def revised(
+    revision: MapRevision, settings: PlanSettings | None = None
+) -> tuple[TransitionPlanner, Simulator, MotionPlan]:
     """A planner whose map is revised before its second task; and its plan for the first one."""
     known = seen_whole()
     course = known.course(foot_radius=paper_robot().foot_radius)
     system = TransitionPlanner(
-        robot=paper_robot(), layout=model_layout(), course=course, settings=gait(),
+        robot=paper_robot(), layout=model_layout(), course=course, settings=settings or gait(),
         mission=(STAND, ON_THE_MAP, STAND), growth=Growth(gait(), eyes(), 0.02, revise_before=1),
     )  # fmt: skip
     simulator, stance = Simulator(system), standing(known)
@@ -411,8 +416,10 @@ def touched_map(rises: FloatArray) -> StairMap:
     """The whole map, with treads so much higher than they were seen [m]."""
     known = seen_whole()
     told = heights_as_seen(known, tilt_sigma=0.0)
-    told = replace(told, state=told.state + np.append(rises, 0.0))
-    return map_with_touchdowns(known, replace(told, touchdowns=np.ones(len(rises), dtype=np.intp)))
+    state = told.state.copy()
+    state[: len(rises)] += rises
+    touchdowns = np.ones(len(rises), dtype=np.intp)
+    return map_with_touchdowns(known, replace(told, state=state, touchdowns=touchdowns))
 
 
 def test_the_rest_is_planned_on_the_map_that_feet_have_made_better() -> None:
@@ -427,7 +434,10 @@ def test_the_rest_is_planned_on_the_map_that_feet_have_made_better() -> None:
     simulator.AdvanceTo(0.5)
     walk = port.Eval(context)
     assert walk.index == 1 and not walk.revises_map and walk.goes_on
-    assert system.map_number(context) == 1
+    assert system.map_number(context) == 1 and not system.refused(context)
+    known: KnownMission = context.get_abstract_state(2).get_value()
+    assert known.settings.map_error_height == round_up(higher.error_height) > 0.0
+    assert [task.name for task in known.mission] == ["stand", "walk 1", "stand"]
     np.testing.assert_allclose(walk.course.nosings()[:, 0, 2], higher.heights, atol=1e-12)
     ends = np.array([step.swing.p_end for step in walk.contacts.steps])
     on = np.searchsorted(higher.places, ends[:, 0] - higher.origin[0])
@@ -439,14 +449,29 @@ def test_the_rest_is_planned_on_the_map_that_feet_have_made_better() -> None:
     assert port.Eval(context).index == 2 and port.Eval(context).course is walk.course
 
 
-def test_without_a_plan_on_it_the_map_of_before_stays() -> None:
-    """A first step of 1.16 m cannot be climbed by this gait: plans are as before."""
-    first, steep = replace(FIRST_LOOK, map=seen_whole()), touched_map(np.full(7, 1.0))
-    system, simulator, stand = revised(replace(first, number=1, map=steep, looked=False))
+def test_without_a_plan_on_it_the_map_of_before_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If that is not disproved: the treads are as high as its plans allow for."""
+
+    def no_plan(*_: object, **__: object) -> Onward:
+        raise PlanningError("a knee is short of 0.01 rad")
+
+    monkeypatch.setattr(known_mission, "plan_way_back", no_plan)
+    first, near = replace(FIRST_LOOK, map=seen_whole()), touched_map(np.full(7, 0.002))
+    allowed = replace(gait(), map_error_height=0.003)
+    system, simulator, stand = revised(replace(first, number=1, map=near, looked=False), allowed)
     walk = system.GetOutputPort("motion_plan").Eval(simulator.get_context())
     assert walk.index == 1 and walk.course is stand.course
     assert system.map_number(simulator.get_context()) == 0
-    assert system.refused(simulator.get_context())
+    assert system.refused(simulator.get_context()) == "a knee is short of 0.01 rad"
+
+
+def test_a_robot_does_not_go_on_with_a_map_that_its_feet_have_disproved() -> None:
+    """A first step of 1.16 m cannot be climbed by this gait, and there is none of 0.16 m."""
+    first, steep = replace(FIRST_LOOK, map=seen_whole()), touched_map(np.full(7, 1.0))
+    system, simulator, stand = revised(replace(first, number=1, map=steep, looked=False))
+    assert system.GetOutputPort("motion_plan").Eval(simulator.get_context()) is stand
+    message = simulator.AdvanceTo(0.4).FormatMessage()
+    assert "stopped: stands on four feet" in message
 
 
 def test_a_robot_whose_feet_contradict_its_map_stays_where_it_is() -> None:
@@ -512,3 +537,51 @@ def test_where_it_is_told_to_it_gives_up_the_rest_and_goes_back() -> None:
     fix_inputs(system, context, gait_phase=phase_of(2), robot_state_estimated=here)
     message = simulator.AdvanceTo(0.5).FormatMessage()
     assert "stands where it started" in message and "the feet contradict the map" in message
+
+
+def test_feet_stand_on_the_better_map_where_its_next_plan_begins() -> None:
+    """On the landing it is 6 mm higher: so are the feet as that plan begins, each on its ground."""
+    known, better = seen_whole(), touched_map(np.linspace(0.0, 0.006, 7))
+    top = Task(kind="walk", name="walk 1", lane=0, goal=6.0)
+    system = TransitionPlanner(
+        robot=paper_robot(), layout=model_layout(), settings=gait(), mission=(top, STAND),
+        course=known.course(foot_radius=paper_robot().foot_radius),
+        growth=Growth(gait(), eyes(), 0.02, revise_before=1),
+    )  # fmt: skip
+    simulator, stance = Simulator(system), standing(known)
+    context, port = simulator.get_mutable_context(), system.GetOutputPort("motion_plan")
+    revision = replace(FIRST_LOOK, number=1, map=better, looked=False)
+    fix_inputs(
+        system, context, gait_phase=phase_of(0), map_known=revision,
+        robot_state_estimated=state_of(stance.body, stance.feet),
+    )  # fmt: skip
+    simulator.AdvanceTo(0.1)
+    end = port.Eval(context).end
+    assert end.feet[:, 0].min() > known.origin[0] + known.places[-1]
+    fix_inputs(
+        system, context, gait_phase=phase_of(1), robot_state_estimated=state_of(end.body, end.feet)
+    )
+    simulator.AdvanceTo(0.3)
+    begun = port.Eval(context)
+    assert begun.index == 1 and system.map_number(context) == 1
+    ground = begun.course.height(begun.contacts.feet[:, 0], begun.contacts.feet[:, 1])
+    radius = paper_robot().foot_radius
+    np.testing.assert_allclose(begun.contacts.feet[:, 2], ground + radius, atol=1e-9)
+    np.testing.assert_allclose(begun.contacts.feet[:, 2], end.feet[:, 2] + 0.006, atol=1e-9)
+
+
+def test_a_map_that_grew_to_its_end_is_revised_before_the_way_back() -> None:
+    """The task before which it is counts from the mission's beginning; that plan alone says so."""
+    whole = grow_map(
+        first_map(), flight(3, 4, most=4), DEEP, feet=np.zeros((0, 3)), landing=3.0, reach=0.4,
+        look=2, back=(Element("return"),),
+    )  # fmt: skip
+    system, simulator = growing(replace(FIRST_LOOK, number=1, map=whole))
+    context, port = simulator.get_mutable_context(), system.GetOutputPort("motion_plan")
+    assert not port.Eval(context).revises_map
+    fix_inputs(system, context, gait_phase=phase_of(1))
+    simulator.AdvanceTo(0.3)
+    known: KnownMission = context.get_abstract_state(2).get_value()
+    assert [task.kind for task in known.mission] == ["stand", "walk", "spin", "walk", "stand"]
+    assert known.revise_before == 2 and not known.goes_on
+    assert port.Eval(context).index == 1 and port.Eval(context).revises_map
