@@ -178,6 +178,20 @@ def test_a_tilt_that_nobody_told_of_would_be_taken_for_height() -> None:
     assert np.any(off[1] > not_told.height_errors) and np.all(off[0] < told.height_errors)
 
 
+def test_a_roll_that_nobody_told_of_would_be_taken_for_height() -> None:
+    """A left foot is on the first tread, and the others that stand are on the right of it."""
+    known, heights, roll = seen(half=0.03), true_heights(0.0), 0.01
+    feet = points(np.array([1, 0, 0, 0]), heights)
+    feet[:, 2] += roll * feet[:, 1]
+    right = np.array([True, True, False, True])
+    inside = []
+    for sigma in (roll, 0.0):
+        told = heights_as_seen(known, tilt_sigma=sigma)
+        found = map_with_touchdowns(known, add_touchdowns(told, known, feet, right, one_of(0)))
+        inside.append(abs(found.heights[0] - heights[1]) <= found.height_errors[0])
+    assert inside == [True, False]
+
+
 @pytest.mark.parametrize(
     ("along", "tread"), [(1.5 * RUN, 2), (0.002, -1), (0.012, -1), ((STEPS + 0.5) * RUN, -1)]
 )
