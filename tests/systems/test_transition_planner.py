@@ -390,14 +390,16 @@ ON_THE_MAP = Task(kind="walk", name="walk 1", lane=0, goal=2.6)
 
 
 def revised(
-    revision: MapRevision, settings: PlanSettings | None = None
+    revision: MapRevision,
+    settings: PlanSettings | None = None,
+    mission: tuple[Task, ...] = (STAND, ON_THE_MAP, STAND),
 ) -> tuple[TransitionPlanner, Simulator, MotionPlan]:
     """A planner whose map is revised before its second task; and its plan for the first one."""
     known = seen_whole()
     course = known.course(foot_radius=paper_robot().foot_radius)
     system = TransitionPlanner(
         robot=paper_robot(), layout=model_layout(), course=course, settings=settings or gait(),
-        mission=(STAND, ON_THE_MAP, STAND), growth=Growth(gait(), eyes(), 0.02, revise_before=1),
+        mission=mission, growth=Growth(gait(), eyes(), 0.02, revise_before=1),
     )  # fmt: skip
     simulator, stance = Simulator(system), standing(known)
     fix_inputs(
@@ -585,3 +587,25 @@ def test_a_map_that_grew_to_its_end_is_revised_before_the_way_back() -> None:
     assert [task.kind for task in known.mission] == ["stand", "walk", "spin", "walk", "stand"]
     assert known.revise_before == 2 and not known.goes_on
     assert port.Eval(context).index == 1 and port.Eval(context).revises_map
+
+
+def test_no_foot_is_planned_where_it_may_miss_its_step() -> None:
+    """On the better map as on any: nosings known to 0.3 m leave no foothold that is sure."""
+    first, vague = replace(FIRST_LOOK, map=seen_whole()), touched_map(np.full(7, 0.002))
+    vague = replace(vague, place_errors=np.full(7, 0.3))
+    allowed = replace(gait(), map_error_height=0.003)
+    system, simulator, _ = revised(replace(first, number=1, map=vague, looked=False), allowed)
+    refused = system.refused(simulator.get_context())
+    assert (
+        refused.startswith("the nosing of step") and system.map_number(simulator.get_context()) == 0
+    )
+
+
+def test_all_that_is_left_has_to_have_a_plan_on_the_better_map() -> None:
+    """Not only the next task: the last one here leads beyond the ground."""
+    far = replace(ON_THE_MAP, goal=60.0)
+    first, near = replace(FIRST_LOOK, map=seen_whole()), touched_map(np.full(7, 0.002))
+    allowed = replace(gait(), map_error_height=0.003)
+    better = replace(first, number=1, map=near, looked=False)
+    system, simulator, _ = revised(better, allowed, mission=(STAND, STAND, far))
+    assert "beyond the ground" in system.refused(simulator.get_context())
