@@ -31,8 +31,9 @@ STANCE_SIGMA = 0.001  # [m] the same by how it stands
 NOISE = 0.0003  # [m] the same from one moment to the next
 NEAR_NOSING = 3.0  # deviations of a nosing's place within which a foot may be on either side
 SAME_PLACE = 0.01  # [m] within which a foot that touches again has not made a step
-OUTLIER = 4.0  # deviations from which a touchdown is not believed until another foot says the same
-LEAST_OUTLIER = 0.01  # [m] that it is off in any case
+OUTLIER = 4.0  # deviations from which a touchdown is not believed
+LEAST_OUTLIER = 0.01  # [m] that it is off in any case; and within which two say the same
+OTHER_PLACE = 0.05  # [m] between footprints of which both are not on one stone
 TILTS, FEET = 2, 4
 EXTRA = TILTS + 2 * FEET  # states behind the treads: tilts, legs, stances
 
@@ -46,10 +47,10 @@ class TouchdownHeights:
             [rad], of the legs and of the stances (FL, FR, RL, RR) [m], (n + 10,).
         covariance: Its covariance, (n + 10, n + 10).
         touchdowns: How many touchdowns told each tread's height, (n,).
-        doubted: How much higher than expected a touchdown was on each tread that was not believed;
-            nan of a tread without one, (n,) [m].
+        doubted: How much higher than expected the last touchdown was on each tread that was not
+            believed, and where it was in W, (n, 3) [m]; nan of a tread without one.
         places: Where each foot landed last, (4, 2) in W [m]; nan of one that has not.
-        ignored: Which feet were not believed when they landed, and stand there still, (4,).
+        ignored: Which feet are no measure for others until they land again, (4,).
         contradicted: Treads on which two touchdowns were farther off the map than it may be, and by
             how much [m].
     """
@@ -88,7 +89,7 @@ def heights_as_seen(known: StairMap, *, tilt_sigma: float) -> TouchdownHeights:
     covariance[count:, count:] = np.diag(np.square(extra))
     return TouchdownHeights(
         np.append(known.heights, np.zeros(EXTRA)), covariance, np.zeros(count, dtype=np.intp),
-        np.full(count, np.nan),
+        np.full((count, 3), np.nan),
     )  # fmt: skip
 
 
@@ -114,7 +115,7 @@ def heights_on_grown_map(told: TouchdownHeights, known: StairMap) -> TouchdownHe
     touchdowns[kept] = told.touchdowns[kept]
     return replace(
         told, state=state, covariance=covariance, touchdowns=touchdowns,
-        doubted=np.full(count, np.nan),
+        doubted=np.full((count, 3), np.nan),
     )  # fmt: skip
 
 
@@ -161,37 +162,39 @@ def add_touchdowns(
         The heights; the same object if no foot has made a step, or if it is not clear on which
         treads the feet stand.
     """
+    stands = stands & np.isfinite(feet).all(axis=1)
     with np.errstate(invalid="ignore"):
         stepped = ~(np.linalg.norm(feet[:, :2] - told.places, axis=1) < SAME_PLACE)
-    on = treads_under(known, feet, place_sigma=place_sigma)
-    new = landed & stepped & stands & (on >= 0)
-    rows = np.flatnonzero(stands & (on >= 0) & (new | ~told.ignored))
-    fresh = np.flatnonzero(new)
+    new = landed & stepped & stands
+    if not new.any():
+        return told
+    on = np.full(FEET, -1)
+    on[stands] = treads_under(known, feet[stands], place_sigma=place_sigma)
+    places = np.where(new[:, None], feet[:, :2], told.places)
+    # A foot of which it is not clear what it stands on is no measure for others, either.
+    ignored = np.where(new, on < 0, told.ignored)
+    told = replace(
+        _with_new_stances(told, np.flatnonzero(new)), places=places, ignored=ignored.astype(bool)
+    )
+    told, rows = _believed(told, known, feet, on, stands & (on >= 0) & ~told.ignored, new)
+    fresh = rows[new[rows]]
     if len(rows) < 2 or not len(fresh):
         return told
-    places = told.places.copy()
-    places[fresh] = feet[fresh, :2]
-    told = replace(_with_new_stances(told, fresh), places=places, ignored=told.ignored & ~new)
     y, H = _differences(told, known, feet, rows, on)
     R = NOISE**2 * (np.eye(len(y)) + 1.0)
-    innovation, S = y - H @ told.state, H @ told.covariance @ H.T + R
-    if innovation @ np.linalg.solve(S, innovation) > OUTLIER**2:
-        found = _doubt(told, on, fresh, rows, innovation)
-        if found is not None:
-            return found
-        # Another foot has said the same before: the map is wrong there.
-        told = _with_open_treads(told, on[fresh], float(np.abs(innovation).max()))
-        S = H @ told.covariance @ H.T + R
-    gain = np.linalg.solve(S, H @ told.covariance).T
+    gain = np.linalg.solve(H @ told.covariance @ H.T + R, H @ told.covariance).T
     # Joseph's form: the covariance stays symmetric and positive, whatever is rounded.
     L = np.eye(len(told.state)) - gain @ H
-    touchdowns = told.touchdowns.copy()
-    np.add.at(touchdowns, on[fresh][on[fresh] > 0] - 1, 1)
+    touchdowns, doubted = told.touchdowns.copy(), told.doubted.copy()
+    treads = on[fresh][on[fresh] > 0] - 1
+    np.add.at(touchdowns, treads, 1)
+    doubted[treads] = np.nan
     return replace(
         told,
-        state=told.state + gain @ innovation,
+        state=told.state + gain @ (y - H @ told.state),
         covariance=L @ told.covariance @ L.T + gain @ R @ gain.T,
         touchdowns=touchdowns,
+        doubted=doubted,
     )
 
 
@@ -223,49 +226,78 @@ def _differences(
     return z[1:] - z[0], A[1:] - A[0]
 
 
-def _doubt(
-    told: TouchdownHeights, on: IntArray, fresh: IntArray, rows: IntArray, innovation: FloatArray
-) -> TouchdownHeights | None:
-    """The heights with a touchdown that is remembered, and not believed.
+def _believed(
+    told: TouchdownHeights,
+    known: StairMap,
+    feet: FloatArray,
+    on: IntArray,
+    stands: BoolArray,
+    new: BoolArray,
+) -> tuple[TouchdownHeights, IntArray]:
+    """Which feet are believed, and the heights with what is remembered of the others.
 
-    Args:
-        told: The heights before it.
-        on: The treads under the feet.
-        fresh: The feet that have landed.
-        rows: The feet that stand.
-        innovation: How much higher than expected each foot stands than the first of `rows` [m].
+    Each foot is held against the others, the farthest off first. One that is too far off is no
+    measure until it lands again. If it has just landed, it is remembered. The second one on a tread
+    that says the same, from another place, is believed; or it contradicts the map, if both are
+    farther off than a map may be.
+    """
+    while True:
+        rows = np.flatnonzero(stands & ~told.ignored)
+        if len(rows) < 2:
+            return told, rows
+        off, sigma = _offsets(told, known, feet, rows, on)
+        share = np.abs(off) / np.maximum(OUTLIER * sigma, LEAST_OUTLIER)
+        worst = int(np.argmax(share))
+        if share[worst] <= 1.0:
+            return told, rows
+        foot, higher = int(rows[worst]), float(off[worst])
+        tread = int(on[foot]) - 1
+        # With two feet it is not known which of them is off; and what lies on the floor, or below
+        # one foot of all that stand on a tread, is no tread.
+        unsure = len(rows) < 3 or tread < 0 or bool(np.all(on[rows] == on[foot]))
+        if new[foot] and not unsure:
+            before, *there = told.doubted[tread]
+            apart = float(np.linalg.norm(feet[foot, :2] - there))
+            if abs(before - higher) <= LEAST_OUTLIER and apart > OTHER_PLACE:
+                if min(abs(before), abs(higher)) <= FEET_APART:
+                    told = _with_open_tread(told, tread, higher)
+                    continue
+                contradicted = (*told.contradicted, (tread + 1, higher))
+                told = replace(told, contradicted=contradicted)
+            else:
+                doubted = told.doubted.copy()
+                doubted[tread] = [higher, *feet[foot, :2]]
+                told = replace(told, doubted=doubted)
+        ignored = told.ignored.copy()
+        ignored[foot] = True
+        told = replace(told, ignored=ignored)
+
+
+def _offsets(
+    told: TouchdownHeights, known: StairMap, feet: FloatArray, rows: IntArray, on: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """How much higher than expected each foot is than the median of the others, and its deviation.
 
     Returns:
-        None where it is to be believed: if it is off by little, or if it is the second one that is
-        off in this way. A second one farther off than a map may be contradicts the map.
+        Both of each of `rows` (k,) [m].
     """
-    off, new = np.concatenate([[0.0], innovation]), np.isin(rows, fresh)
-    off = off - np.median(off if new.all() else off[~new])
-    fresh_off = off[new]
-    worst = int(np.argmax(np.abs(fresh_off)))
-    tread, higher = int(on[fresh[worst]]), float(fresh_off[worst])
-    if abs(higher) < LEAST_OUTLIER:
-        return None
-    ignored = told.ignored.copy()
-    ignored[fresh[worst]] = True
-    told = replace(told, ignored=ignored)
-    if tread == 0 or np.all(on[rows] == tread):
-        return told  # what lies there is no tread
-    before = told.doubted[tread - 1]
-    if np.isnan(before) or before * higher < 0.0:
-        doubted = told.doubted.copy()
-        doubted[tread - 1] = higher
-        return replace(told, doubted=doubted)
-    if min(abs(before), abs(higher)) > FEET_APART:
-        return replace(told, contradicted=(*told.contradicted, (tread, higher)))
-    return None
+    y, H = _differences(told, known, feet, rows, on)
+    # Of each foot against the first one, itself with zeros.
+    off = np.concatenate([[0.0], y - H @ told.state])
+    A = np.vstack([np.zeros(H.shape[1]), H])
+    found, sigma = np.zeros(len(rows)), np.zeros(len(rows))
+    for k in range(len(rows)):
+        others = np.arange(len(rows)) != k
+        found[k] = off[k] - np.median(off[others])
+        row = A[k] - A[others].mean(axis=0)
+        sigma[k] = np.sqrt(row @ told.covariance @ row + NOISE**2 * (1.0 + 1.0 / others.sum()))
+    return found, sigma
 
 
-def _with_open_treads(told: TouchdownHeights, treads: IntArray, sigma: float) -> TouchdownHeights:
-    """The heights with treads that are known no better than to `sigma` [m]."""
-    at = treads[treads > 0] - 1
+def _with_open_tread(told: TouchdownHeights, tread: int, sigma: float) -> TouchdownHeights:
+    """The heights with a tread, counted from 0, that is known no better than to `sigma` [m]."""
     covariance = told.covariance.copy()
-    covariance[at, at] += sigma**2
+    covariance[tread, tread] += sigma**2
     return replace(told, covariance=covariance)
 
 

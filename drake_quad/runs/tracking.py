@@ -36,7 +36,7 @@ TOLERATED = {
 
 ROUNDING = 1e-9  # [m], [deg], [s] by which a tolerance may be passed
 SAME = 1e-6  # [periods] between times that are the same but for rounding
-DRIFT = "drift_max"  # [m], a figure that no tolerance is held against
+DRIFT, LIFT = "drift_max", "lift"  # [m], figures that no tolerance is held against
 
 
 def track(
@@ -54,7 +54,8 @@ def track(
 
     A robot that stands elsewhere as a whole, and turned, on stairs that are exactly as mapped is a
     robot that follows its plan on a map that is as much off. If `drifts`, the common motion of the
-    standing feet is left out; DRIFT has how far it takes any foot or knee.
+    standing feet is left out; DRIFT has how far it takes any foot or knee, and LIFT by how much all
+    is higher than planned.
 
     Args:
         c: The log's columns.
@@ -76,6 +77,8 @@ def track(
     off = feet - wanted_feet
     # What lifts body and feet alike, as ground does that is higher than mapped, counts for nothing.
     lifted = (off[..., 2] * stands).sum(axis=1) / np.maximum(stands.sum(axis=1), 1)
+    if drifts:
+        more[LIFT] = lifted
     off[..., 2] -= lifted[:, None]
     place = place - lifted[:, None] * [0.0, 0.0, 1.0]
     rpy = roll_pitch_yaw(quaternion)
@@ -163,6 +166,24 @@ def _bears(c: Columns) -> BoolArray:
 def lacks_support(c: Columns) -> BoolArray:
     """Whether fewer than three of the feet that are to stand bear (N,)."""
     return (_stands(c) & _bears(c)).sum(axis=1) < 3
+
+
+def lacks_foot(c: Columns, late: float) -> BoolArray:
+    """Whether a foot does not bear that is to stand, and has not just been to land (N,).
+
+    Args:
+        c: The log's columns.
+        late: How long after its touchdown a foot may come to bear, by the gait clock [s].
+    """
+    clock, stands, bears = c["t"] - c["gait_waited"], _stands(c), _bears(c)
+    index = np.arange(len(clock))
+    found = np.zeros(len(clock), dtype=bool)
+    for row in range(4):
+        # The last sample at which this foot was in the air, and whether it has borne since then.
+        last = np.maximum.accumulate(np.where(stands[:, row], -1, index))
+        landing = (last >= 0) & (clock - clock[np.maximum(last, 0)] <= late)
+        found |= stands[:, row] & ~bears[:, row] & ~landing
+    return found
 
 
 def _lateness(c: Columns, stands: BoolArray) -> FloatArray:

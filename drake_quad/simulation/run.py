@@ -61,6 +61,7 @@ def result_of(
     *,
     simulated: float,
     wall: float,
+    measured: bool = True,
 ) -> RunResult:
     """The result of a run with its summary.
 
@@ -72,6 +73,7 @@ def result_of(
         plans: The plans that were followed, and their revisions.
         simulated: Time that was simulated [s].
         wall: Time that the run took [s].
+        measured: Whether the log is of physics, so that it can be held against proofs.
     """
     # A replay of the plan is not pushed, whatever the scenario says.
     pushes = p.disturbances.pushes if p.scenario.simulation.mode == "physics" else ()
@@ -79,7 +81,8 @@ def result_of(
     period = p.scenario.controller.period if p.scenario.simulation.mode == "physics" else 0.0
     seen, proven = None, p.plan.plans
     if p.sight is not None:
-        proofs = hold_against(prove_believed(p, plans), p, plans, table, period=period)
+        measurements = table if measured else table.slice(0, 0)
+        proofs = hold_against(prove_believed(p, plans), p, plans, measurements, period=period)
         seen = record_sight(p.sight, p.world, p.revisions, proofs)
         # Of plans on a map that has changed on the way there is a proof of its own.
         proven = (*proven, *(plan for one in stretches_of(p, plans) for plan in one.plans))
@@ -213,7 +216,8 @@ def replay_plan(p: PreparedScenario) -> RunResult:
         outcome, reason = "stopped", p.sight.refused
     elif p.growth is not None and p.growth.looks_again:
         outcome, reason = "stopped", "a kinematic replay does not look again from a tread"
-    result = result_of(p, outcome, reason, table, plans, simulated=float(times[-1]), wall=wall)
+    end = float(times[-1])
+    result = result_of(p, outcome, reason, table, plans, simulated=end, wall=wall, measured=False)
     result.summary["overlaps"] = list(touches.deepest[:LISTED])
     return result
 

@@ -57,7 +57,7 @@ class MapMemory:
         since: When it began [s].
         bearing_since: When each foot began to bear without a break [s]; infinite if it does not.
         counted: Which feet have been counted since they began to bear.
-        heights: What feet have told of the heights; None until one has landed on a tread.
+        heights: What feet have told of the heights; None until one has landed.
         touched_at: When feet told something last [s].
         closed: Whether the map is no longer made better by feet.
     """
@@ -192,10 +192,9 @@ class MapKeeper(LeafSystem):
                 heights or heights_as_seen(known, tilt_sigma=tilt), known, feet, firm,
                 firm & ~counted, place_sigma=place,
             )  # fmt: skip
-            # Until a foot is on a tread, nothing is told of any.
-            if heights is not None or found.touchdowns.any() or not np.isnan(found.doubted).all():
-                touched_at = now if found is not heights else touched_at
-                heights = found
+            if found.touchdowns.sum() > (0 if heights is None else heights.touchdowns.sum()):
+                touched_at = now
+            heights = found
         return replace(
             kept, bearing_since=since, counted=counted | firm, heights=heights,
             touched_at=touched_at,
@@ -216,7 +215,7 @@ class MapKeeper(LeafSystem):
             known = self._with_touchdowns(known, heights)
         except DrakeQuadError as problem:
             reason = why_not(problem)
-        stamp = kept.touched_at if heights is not None else context.get_time()
+        stamp = kept.touched_at if np.isfinite(kept.touched_at) else context.get_time()
         stood_on = 0 if heights is None else int(np.count_nonzero(heights.touchdowns))
         revision = MapRevision(
             last.number + 1, stamp, last.belief, last.level, known, reason, looked=False,
@@ -231,7 +230,7 @@ class MapKeeper(LeafSystem):
             PlanningError: The feet contradict it.
             InputError: It is no course.
         """
-        if heights is None:
+        if heights is None or not (heights.touchdowns.any() or heights.contradicted):
             return known
         for tread, higher in heights.contradicted:
             raise PlanningError(

@@ -205,9 +205,11 @@ def test_a_foot_that_may_be_on_either_side_of_a_nosing_tells_nothing(
     assert treads_under(known, feet, place_sigma=0.0).tolist() == [tread, 1, 0, 0]
     before = heights_as_seen(known, tilt_sigma=0.0)
     found = add_touchdowns(before, known, feet, ALL, one_of(0))
-    assert (found is before) is (tread < 0)
+    assert bool(found.touchdowns.any()) is (tread > 0)
+    known_before, known_now = (x.covariance[:STEPS, :STEPS] for x in (before, found))
+    assert np.array_equal(known_before, known_now) is (tread < 0)
     alone = add_touchdowns(before, known, feet, one_of(0), one_of(0))
-    assert alone is before  # there is no foot to compare with
+    assert not alone.touchdowns.any()  # there is no foot to compare with
 
 
 def test_a_robot_that_does_not_know_its_place_does_not_know_its_treads() -> None:
@@ -225,7 +227,7 @@ def test_one_foot_on_a_stone_is_not_believed() -> None:
     feet[0, 0] += 0.05
     after = add_touchdowns(told, known, feet, ALL, one_of(0))
     np.testing.assert_allclose(after.state[:STEPS], told.state[:STEPS], atol=1e-12)
-    assert not after.contradicted and after.doubted[3] == pytest.approx(0.035, abs=0.002)
+    assert not after.contradicted and after.doubted[3, 0] == pytest.approx(0.035, abs=0.002)
 
 
 def test_a_tread_that_two_feet_find_elsewhere_is_there() -> None:
@@ -245,6 +247,100 @@ def test_a_tread_far_off_contradicts_the_map() -> None:
         told = walked(known, true_heights(np.array([0.0, 0.0, off, 0.0, 0.0])))
         assert {tread for tread, _ in told.contradicted} == {3}
         assert told.contradicted[0][1] == pytest.approx(off, abs=0.003)
+
+
+def stepping(
+    told: TouchdownHeights, known: StairMap, *steps: tuple[int, list[int], float, float]
+) -> TouchdownHeights:
+    """What feet tell that step one after the other on stairs just as mapped.
+
+    Args:
+        told: What they told before.
+        known: The map.
+        steps: Of each the foot, the treads under all, how far its place is beside the middle of its
+            tread, and how much higher than the tread [m].
+    """
+    up = np.zeros(4)
+    for row, on, along, higher in steps:
+        feet = points(np.array(on), true_heights(0.0))
+        up[row] = higher
+        feet[:, 2] += up
+        feet[row, 0] += along
+        told = add_touchdowns(told, known, feet, ALL, one_of(row))
+    return told
+
+
+@pytest.mark.parametrize("stone", [0.03, 0.045])
+def test_a_stone_in_the_footprint_of_two_feet_is_no_tread(stone: float) -> None:
+    """The rear foot steps where the fore foot stood, as gaits do: both are on the same stone."""
+    known = seen()
+    told = stepping(
+        heights_as_seen(known, tilt_sigma=0.0), known, (0, [1, 0, 0, 0], 0.0, stone),
+        (1, [1, 1, 0, 0], 0.0, 0.0), (0, [2, 1, 0, 0], 0.0, 0.0), (2, [2, 1, 1, 0], 0.01, stone),
+    )  # fmt: skip
+    np.testing.assert_allclose(told.state[:STEPS], known.heights, atol=1e-6)
+    assert not told.contradicted
+
+
+def test_two_feet_that_do_not_say_the_same_are_not_believed() -> None:
+    """One stands 30 mm higher, the other 100 mm: neither tells how high the tread is."""
+    known = seen()
+    told = stepping(
+        heights_as_seen(known, tilt_sigma=0.0), known, (0, [1, 0, 0, 0], 0.0, 0.03),
+        (1, [1, 1, 0, 0], 0.0, 0.1),
+    )  # fmt: skip
+    np.testing.assert_allclose(told.state[:STEPS], known.heights, atol=1e-6)
+    assert not told.contradicted and told.ignored.tolist() == [True, True, False, False]
+
+
+def test_a_doubt_is_gone_once_a_foot_has_found_the_tread_where_it_is() -> None:
+    """A later foot on a stone is the first one again."""
+    known = seen()
+    told = stepping(
+        heights_as_seen(known, tilt_sigma=0.0), known, (0, [1, 0, 0, 0], 0.0, 0.03),
+        (1, [1, 1, 0, 0], 0.0, 0.0), (0, [1, 1, 0, 0], 0.06, 0.03),
+    )  # fmt: skip
+    np.testing.assert_allclose(told.state[:STEPS], known.heights, atol=1e-6)
+    assert told.touchdowns.tolist() == [1, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("stone", [0.015, 0.06])
+def test_a_foot_that_stands_on_a_stone_is_no_measure_for_others(stone: float) -> None:
+    """It stands there from the start; the first feet on the first tread find it where it is."""
+    known = seen()
+    feet = points(np.zeros(4), true_heights(0.0))
+    feet[2, 2] += stone
+    told = add_touchdowns(heights_as_seen(known, tilt_sigma=0.0), known, feet, ALL, ALL)
+    assert told.ignored.tolist() == [False, False, True, False]
+    for row, on in ((0, [1, 0, 0, 0]), (1, [1, 1, 0, 0])):
+        feet = points(np.array(on), true_heights(0.0))
+        feet[2, 2] += stone
+        told = add_touchdowns(told, known, feet, ALL, one_of(row))
+    np.testing.assert_allclose(told.state[:STEPS], known.heights, atol=1e-6)
+    assert told.touchdowns[0] == 2
+
+
+def test_a_foot_that_sinks_is_no_measure_any_more() -> None:
+    """One that stood on the second tread is 20 mm lower as the next foot lands."""
+    known = seen()
+    told = stepping(
+        heights_as_seen(known, tilt_sigma=0.0), known, (0, [1, 0, 0, 0], 0.0, 0.0),
+        (1, [1, 1, 0, 0], 0.0, 0.0), (0, [2, 1, 0, 0], 0.0, 0.0),
+    )  # fmt: skip
+    feet = points(np.array([2, 1, 1, 0]), true_heights(0.0))
+    feet[0, 2] -= 0.02
+    told = add_touchdowns(told, known, feet, ALL, one_of(2))
+    np.testing.assert_allclose(told.state[:STEPS], known.heights, atol=1e-6)
+    assert told.ignored.tolist() == [True, False, False, False]
+
+
+def test_a_foot_of_which_nothing_is_known_is_left_out() -> None:
+    """A place that is no number makes no height one that is none."""
+    known = seen()
+    feet = points(np.array([1, 0, 0, 0]), true_heights(0.002))
+    feet[3] = np.nan
+    told = add_touchdowns(heights_as_seen(known, tilt_sigma=0.0), known, feet, ALL, one_of(0))
+    assert np.isfinite(told.state).all() and told.touchdowns[0] == 1
 
 
 def test_what_lies_on_the_floor_or_on_the_only_tread_contradicts_no_map() -> None:
