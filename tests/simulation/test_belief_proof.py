@@ -14,6 +14,7 @@ from drake_quad.common import FloatArray
 from drake_quad.planning.clearance import shank_clearance
 from drake_quad.planning.motion_plan import evaluate
 from drake_quad.robot.legs import SHORT_NAMES
+from drake_quad.runs.result import RunResult
 from drake_quad.runs.seen import seen_figures
 from drake_quad.scenario.load import parse_scenario
 from drake_quad.simulation.belief_proof import (
@@ -107,6 +108,18 @@ def test_a_box_that_is_too_large_is_not_proven_and_says_why() -> None:
     assert belief_lines([told])[0].startswith("not for all stairs")
 
 
+@cache
+def replayed() -> RunResult:
+    """A replay of its plan."""
+    return replay_plan(seen())
+
+
+@cache
+def proven() -> list[dict[str, Any]]:
+    """What is proven of its plan."""
+    return prove_believed(seen(), seen().plan.plans)
+
+
 def with_more(table: pa.Table, name: str, by: float) -> pa.Table:
     """The log with more in the column whose name ends so."""
     full = next(n for n in table.column_names if n.endswith(name))
@@ -121,10 +134,9 @@ def held(table: pa.Table | None = None, **changes: Any) -> dict[str, Any]:
         changes: What is to be otherwise in what was prepared.
     """
     mapped = stretches_of(seen(), seen().plan.plans)[0].course
-    p, log = replace(seen(), **{"world": mapped, **changes}), replay_plan(seen()).table
-    proofs = prove_believed(p, p.plan.plans)
-    assert proofs[0]["share"] > 0.0
-    (told,) = hold_against(proofs, p, p.plan.plans, log if table is None else table, period=0.0)
+    p, log = replace(seen(), **{"world": mapped, **changes}), replayed().table
+    assert proven()[0]["share"] > 0.0
+    (told,) = hold_against(proven(), p, p.plan.plans, log if table is None else table, period=0.0)
     return told
 
 
@@ -139,7 +151,7 @@ def test_a_motion_that_is_the_plan_is_covered_and_has_the_proven_margin() -> Non
 def test_a_robot_that_is_elsewhere_as_a_whole_is_on_a_map_that_is_as_much_off() -> None:
     """As long as the stairs are in the box from there, the proof is about the run."""
     place, _ = believed_box(stretches_of(seen(), seen().plan.plans)[0].map)
-    log = replay_plan(seen()).table
+    log = replayed().table
     for ahead, covered in ((0.9 * place, True), (-1.1 * place, False)):
         told = held(with_more(log, "trunk_x", ahead))
         assert told["drift"] == pytest.approx(abs(ahead)) and told["run_share"] < 0.01
@@ -148,7 +160,7 @@ def test_a_robot_that_is_elsewhere_as_a_whole_is_on_a_map_that_is_as_much_off() 
 
 def test_a_run_farther_off_its_plan_than_was_proven_is_not_covered() -> None:
     """With a foot some cm elsewhere the proof says nothing of it, whatever its margin."""
-    told = held(with_more(replay_plan(seen()).table, "FL_knee_q", 0.05))
+    told = held(with_more(replayed().table, "FL_knee_q", 0.05))
     assert told["run_share"] > 1.0 and told["covered"] is False and told["kept"] is None
 
 
@@ -163,7 +175,7 @@ def test_a_robot_that_carries_a_load_is_not_covered() -> None:
 
 def test_a_run_on_a_plan_that_was_made_anew_is_not_covered() -> None:
     """No proof is of that plan; nor of a run that stands on two feet."""
-    log = replay_plan(seen()).table
+    log = replayed().table
     anew = log.set_column(*_column(log, "plan_revision", np.ones(log.num_rows)))
     assert held(anew)["run_share"] is None and held(anew)["covered"] is False
     for leg in ("FL", "FR"):
@@ -174,7 +186,7 @@ def test_a_run_on_a_plan_that_was_made_anew_is_not_covered() -> None:
 def test_a_robot_that_is_higher_as_a_whole_sees_all_stairs_lower() -> None:
     """On stairs as mapped it may be so by what treads may be off, and by no more."""
     _, height = believed_box(stretches_of(seen(), seen().plan.plans)[0].map)
-    log = replay_plan(seen()).table
+    log = replayed().table
     for up, covered in ((0.0, True), (0.05, False), (-1.5 * height, False)):
         told = held(with_more(log, "trunk_z", up))
         assert told["covered"] is covered
@@ -203,14 +215,14 @@ def test_tolerances_of_nothing_are_left_by_anything() -> None:
     strict.certify.tolerances.late = 0.0
     assert held(scenario=strict)["covered"] is True
     strict.certify.tolerances.foot = 0.0
-    off = with_more(replay_plan(seen()).table, "FL_knee_q", 0.001)
+    off = with_more(replayed().table, "FL_knee_q", 0.001)
     assert held(off, scenario=strict)["run_share"] is None
-    assert held(replay_plan(seen()).table.slice(0, 0))["covered"] is False
+    assert held(replayed().table.slice(0, 0))["covered"] is False
 
 
 def test_of_times_at_which_a_foot_does_not_bear_that_is_to_stand_nothing_is_proven() -> None:
     """They are told, and what margin there was then is no matter of the proof."""
-    log = replay_plan(seen()).table
+    log = replayed().table
     bears = log["RR_bearing"].to_numpy().astype(float).copy()
     stands = np.stack([log[f"{leg}_standing_planned"].to_numpy() for leg in SHORT_NAMES]) > 0.5
     at = int(np.flatnonzero(stands.all(axis=0))[-20])
@@ -227,7 +239,7 @@ def test_of_times_at_which_a_foot_does_not_bear_that_is_to_stand_nothing_is_prov
 
 def test_a_covered_run_with_less_margin_than_was_proven_is_a_violation() -> None:
     """It is told as one, and the summary's verdict is no."""
-    log = replay_plan(seen()).table
+    log = replayed().table
     told = held(log.set_column(*_column(log, "margin", log["margin"].to_numpy() - 0.05)))
     assert told["covered"] is True and told["kept"] is False
     assert _verdict([told]) == (1, False) and _verdict([held(), told]) == (2, False)
@@ -241,7 +253,7 @@ def _column(table: pa.Table, name: str, values: FloatArray) -> tuple[int, str, p
 
 
 def _verdict(proofs: list[dict[str, Any]]) -> tuple[int, bool | None]:
-    told = replay_plan(seen()).seen
+    told = replayed().seen
     assert told is not None
     figures = seen_figures({**told.told, "proofs": proofs})
     return figures["box_covered"], figures["box_kept"]
@@ -249,7 +261,7 @@ def _verdict(proofs: list[dict[str, Any]]) -> tuple[int, bool | None]:
 
 def test_a_replay_has_the_proof_among_its_figures() -> None:
     """And seen.json has it for each stretch."""
-    result = replay_plan(seen())
+    result = replayed()
     figures = result.summary["seen"]
     assert figures["box_proven"] is True and figures["box_inside"] is True
     assert figures["box_margin"] > 0.03
