@@ -159,8 +159,8 @@ def add_touchdowns(
         place_sigma: Standard deviation of where the robot believes to be [m].
 
     Returns:
-        The heights; the same object if no foot has made a step, or if it is not clear on which
-        treads the feet stand.
+        The heights; the same object if no foot has made a step. If it is not clear on which treads
+        the feet stand, they are those of before, and feet may be ignored from now on.
     """
     stands = stands & np.isfinite(feet).all(axis=1)
     with np.errstate(invalid="ignore"):
@@ -252,8 +252,8 @@ def _believed(
             return told, rows
         foot, higher = int(rows[worst]), float(off[worst])
         tread = int(on[foot]) - 1
-        # With two feet it is not known which of them is off; and what lies on the floor, or below
-        # one foot of all that stand on a tread, is no tread.
+        # With two feet it is not known which of them is off, and neither is a measure. What lies on
+        # the floor, or below one foot of all that stand on a tread, is no tread.
         unsure = len(rows) < 3 or tread < 0 or bool(np.all(on[rows] == on[foot]))
         if new[foot] and not unsure:
             before, *there = told.doubted[tread]
@@ -269,7 +269,7 @@ def _believed(
                 doubted[tread] = [higher, *feet[foot, :2]]
                 told = replace(told, doubted=doubted)
         ignored = told.ignored.copy()
-        ignored[foot] = True
+        ignored[rows if len(rows) < 3 else foot] = True
         told = replace(told, ignored=ignored)
 
 

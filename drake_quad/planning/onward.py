@@ -183,13 +183,7 @@ def plan_way_back(
 ) -> Onward:
     """The rest of a mission on a map that feet have made better, planned on paper and checked.
 
-    Args:
-        robot: The robot.
-        settings: The planner's settings, with the errors that are allowed for on any map.
-        found: The map.
-        tasks: The tasks that are left.
-        stance: Where the robot stands.
-        lift_off_margin: Least margin with which the gait clock lets a foot lift off [m].
+    `tasks` are those that are left; the other arguments are `plan_onward`'s.
 
     Raises:
         PlanningError: There is no such plan, with the reason.

@@ -334,6 +334,17 @@ def test_a_foot_that_sinks_is_no_measure_any_more() -> None:
     assert told.ignored.tolist() == [True, False, False, False]
 
 
+def test_of_two_feet_that_disagree_neither_is_a_measure() -> None:
+    """With no third foot it is not known which of them stands on a stone."""
+    known = seen()
+    feet = points(np.array([1, 0, 0, 0]), true_heights(0.0))
+    feet[1, 2] += 0.03
+    two = np.array([True, True, False, False])
+    told = add_touchdowns(heights_as_seen(known, tilt_sigma=0.0), known, feet, two, one_of(0))
+    assert told.ignored.tolist() == [True, True, False, False] and not told.touchdowns.any()
+    np.testing.assert_array_equal(told.state[:STEPS], known.heights)
+
+
 def test_a_foot_of_which_nothing_is_known_is_left_out() -> None:
     """A place that is no number makes no height one that is none."""
     known = seen()
