@@ -3,6 +3,8 @@
 import numpy as np
 from rig import paper_robot, stance_at
 
+from drake_quad.common import FloatArray
+from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.gait.workspace import Workspace
 from drake_quad.perception.camera_model import D435, level_rotation
 from drake_quad.perception.growing_map import trust
@@ -67,3 +69,10 @@ def standing(known: StairMap, start: float = 1.0) -> Stance:
     """The shipped robot before the flight, where it has looked from."""
     course = known.course(foot_radius=paper_robot().foot_radius)
     return stance_at(course, gait(), start=start)
+
+
+def phase_of(task: int) -> FloatArray:
+    """The gait clock's state as a task begins."""
+    phase = np.zeros(SIZE)
+    phase[GaitPhase.TASK] = task
+    return phase

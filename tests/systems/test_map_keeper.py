@@ -9,7 +9,6 @@ from pydrake.systems.analysis import Simulator
 from rig import fix_inputs, stand_plan
 
 from drake_quad.common import FloatArray
-from drake_quad.control.ports import SIZE, GaitPhase
 from drake_quad.perception.level_beyond import Level
 from drake_quad.perception.sight import MapRevision, with_reason
 from drake_quad.perception.stair_belief import StairBelief
@@ -48,10 +47,8 @@ class Keeper:
         """Sets the clock's task, and the plan under way."""
         plan = stand_plan(index=index if planned is None else planned)
         segment = replace(plan.segments[0], name=name)
-        phase = np.zeros(SIZE)
-        phase[GaitPhase.TASK] = index
         plan = replace(plan, segments=(segment,), goes_on=True, revises_map=revises_map)
-        fix_inputs(self.system, self.context, gait_phase=phase, motion_plan=plan)
+        fix_inputs(self.system, self.context, gait_phase=phase_of(index), motion_plan=plan)
 
     def step(self, row: int, tread: int, *, higher: float) -> None:
         """A foot lifts, and stands on a tread that is so much higher than mapped."""
