@@ -4,7 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from growing_rig import DEEP, FEET, FIRST as FIRST_NOSING, NOT_SEEN, RISE, RUN, first_map, flight
+from growing_rig import (
+    DEEP,
+    FEET,
+    FIRST as FIRST_NOSING,
+    NOT_SEEN,
+    RISE,
+    RUN,
+    first_map,
+    flight,
+    phase_of,
+)
 from pydrake.systems.analysis import Simulator
 from rig import fix_inputs, stand_plan
 
